@@ -87,30 +87,6 @@ fn the_polynomial_of_the_paper_is_within_its_error() {
     }
 }
 
-#[test]
-fn eon_is_reciprocal_never_negative_and_lambert_where_smooth() {
-    property(
-        "EON",
-        2000,
-        &(upper(1e-9), upper(1e-9), 0.0..=1.0),
-        |(wo, wi, roughness)| {
-            let albedo = DVec3::new(0.2, 0.7, 1.0);
-            let f = Bsdf::Eon { albedo, roughness }.eval(wo, wi);
-            assert_eq!(f, Bsdf::Eon { albedo, roughness }.eval(wi, wo));
-            assert!(f.is_finite() && f.cmpge(DVec3::ZERO).all(), "{f}");
-            let off = (Bsdf::Eon {
-                albedo,
-                roughness: 0.0,
-            }
-            .eval(wo, wi)
-                - lambert(albedo))
-            .abs()
-            .max_element();
-            assert!(off <= 2.0 * UNIT_ROUNDOFF, "{off:e}");
-        },
-    );
-}
-
 /// The roughness B/A makes Fujii's bracket proportional to (14) in the half-space of the light.
 #[test]
 fn the_roughness_of_the_same_shape() {

@@ -3,23 +3,9 @@
 use std::cell::RefCell;
 
 use whitefurnace::integrator::{Path, Strategy as Finds};
-use whitefurnace::sampling::roulette::{
-    MAX_SURVIVAL, by_absorption, by_throughput, survives, weight,
-};
+use whitefurnace::sampling::roulette::{MAX_SURVIVAL, by_absorption, by_throughput, survives};
 
 use crate::prelude::*;
-
-#[test]
-fn survivors_stand_for_all() {
-    property("weight", 1000, &(1e-6..=1.0), |survival| {
-        assert_abs_diff_eq!(
-            weight(survival) * survival,
-            1.0,
-            epsilon = 2.0 * UNIT_ROUNDOFF
-        );
-    });
-    assert_eq!(weight(0.25), 4.0);
-}
 
 #[test]
 fn the_share_of_survivors_is_the_survival() {

@@ -1,8 +1,8 @@
 //! Tests of equations (17)-(19): cosine-weighted directions, points on emitters.
 
 use whitefurnace::sampling::warp::{
-    cosine_hemisphere_inverse, hemisphere_printed, sphere_zone, triangle,
-    uniform_hemisphere_inverse, uniform_hemisphere_pdf, uniform_phi, uniform_theta,
+    cosine_hemisphere_inverse, hemisphere_printed, uniform_hemisphere_inverse,
+    uniform_hemisphere_pdf, uniform_phi, uniform_theta,
 };
 
 use crate::prelude::*;
@@ -23,30 +23,11 @@ fn square() -> impl Strategy<Value = Square> {
     [random(), random()]
 }
 
-/// Generates numbers away from the borders, for derivatives.
-fn inner() -> impl Strategy<Value = Square> {
-    prop::array::uniform2(0.05..0.95)
-}
-
 /// Returns the shortest distance on a circle of circumference 1.
 fn apart(a: f64, b: f64) -> f64 {
     let d = (a - b).abs();
     d.min(1.0 - d)
 }
-
-/// Estimates the ratio of areas of a map from the square into space, by central differences.
-///
-/// With the step 2⁻¹⁷ each difference has an error of step²/6 times the third derivative, below 700
-/// here (a root at 0.05, a full turn cubed), hence 7e-9, times the other derivative of at most 7,
-/// and of U/step = 1e-11: together below 1e-7.
-pub fn area_ratio(map: impl Fn(Square) -> DVec3, [r1, r2]: Square) -> f64 {
-    const STEP: f64 = 1.0 / 131_072.0;
-    let d1 = map([r1 + STEP, r2]) - map([r1 - STEP, r2]);
-    let d2 = map([r1, r2 + STEP]) - map([r1, r2 - STEP]);
-    d1.cross(d2).length() / (4.0 * STEP * STEP)
-}
-
-const DIFFERENCES: f64 = 1e-7;
 
 #[test]
 fn fast_map_is_equations_18_and_19() {
@@ -116,36 +97,6 @@ fn azimuth_is_below_a_full_turn() {
     }
 }
 
-/// The pdfs are the reciprocals of the maps' area ratio above the horizon, and zero below it.
-#[test]
-fn pdfs_belong_to_their_maps() {
-    type Map = (fn(Square) -> DVec3, fn(f64) -> f64);
-    let maps: [Map; 2] = [
-        (uniform_hemisphere, uniform_hemisphere_pdf),
-        (cosine_hemisphere, cosine_hemisphere_pdf),
-    ];
-    property("stretch", 2000, &(inner(), square()), |(random, any)| {
-        for (map, pdf) in maps {
-            assert_abs_diff_eq!(
-                pdf(map(random).z) * area_ratio(map, random),
-                1.0,
-                epsilon = DIFFERENCES
-            );
-            assert_abs_diff_eq!(map(any).length(), 1.0, epsilon = 6.0 * UNIT_ROUNDOFF);
-            assert!(map(any).z > 0.0);
-        }
-    });
-    for (_, pdf) in maps {
-        assert_eq!((pdf(-0.5), pdf(-f64::MIN_POSITIVE)), (0.0, 0.0));
-    }
-    assert_abs_diff_eq!(
-        cosine_hemisphere_pdf(1.0),
-        1.0 / PI,
-        epsilon = UNIT_ROUNDOFF
-    );
-    assert_eq!(uniform_hemisphere_pdf(1.0), uniform_hemisphere_pdf(0.1));
-}
-
 #[test]
 fn one_number_for_both_angles_is_a_spiral() {
     property("spiral", 500, &random(), |r| {
@@ -155,55 +106,6 @@ fn one_number_for_both_angles_is_a_spiral() {
             // The azimuth depends on the inclination: a curve, not a surface.
             assert!(apart(uniform_hemisphere_inverse(w)[1], 1.0 - w.z) <= 16.0 * UNIT_ROUNDOFF);
         }
-    });
-}
-
-#[test]
-fn zone_points_are_uniform_on_their_zone() {
-    let heights = (-1.0..1.0, -1.0..1.0).prop_map(|(a, b): (f64, f64)| [a.min(b), a.max(b)]);
-    property(
-        "zone",
-        1000,
-        &(square(), 0.1..10.0, heights),
-        |(random, r, h)| {
-            let heights = h.map(|z| z * r);
-            let p = sphere_zone(random, r, heights);
-            assert_abs_diff_eq!(p.length(), r, epsilon = 8.0 * UNIT_ROUNDOFF * r);
-            assert!(
-                p.z >= heights[0] - 2.0 * UNIT_ROUNDOFF * r
-                    && p.z <= heights[1] + 2.0 * UNIT_ROUNDOFF * r
-            );
-            // By Archimedes' theorem the height and the azimuth are uniform.
-            assert_abs_diff_eq!(
-                p.z,
-                heights[0] + random[0] * (heights[1] - heights[0]),
-                epsilon = 4.0 * UNIT_ROUNDOFF * r
-            );
-        },
-    );
-    property("zone area", 500, &inner(), |random| {
-        let heights = [-0.9, 0.4];
-        let ratio = area_ratio(|random| sphere_zone(random, 1.0, heights), random);
-        assert_relative_eq!(ratio, TAU * 1.3, max_relative = 10.0 * DIFFERENCES);
-    });
-    assert_eq!(
-        sphere_zone([0.0, 0.0], 2.0, [-2.0, 2.0]),
-        DVec3::new(0.0, 0.0, -2.0)
-    );
-    assert_eq!(
-        sphere_zone([0.5, 0.0], 2.0, [-2.0, 2.0]),
-        DVec3::new(2.0, 0.0, 0.0)
-    );
-}
-
-#[test]
-fn triangle_points_are_uniform_in_it() {
-    property("fold", 2000, &square(), |[r1, r2]| {
-        let [u, v] = triangle([r1, r2]);
-        assert!(u >= 0.0 && v >= 0.0 && u + v <= 1.0, "({u}, {v})");
-        // Each point of the triangle has two preimages; one maps to itself.
-        assert!([u, v] == [r1, r2] || [1.0 - u, 1.0 - v] == [r1, r2]);
-        assert_eq!([u, v] == [r1, r2], r1 + r2 <= 1.0);
     });
 }
 

@@ -5,7 +5,6 @@ use whitefurnace::geometry::solid_angle::{
 };
 
 use crate::prelude::*;
-use crate::sampling::area_ratio;
 
 const TRIES: usize = 2000;
 
@@ -153,6 +152,14 @@ fn points_lie_on_the_emitter_and_its_front_is_seen() {
             );
         }
     }
+}
+
+/// Estimates the ratio of areas of a map from the square into space, by central differences.
+fn area_ratio(map: impl Fn([f64; 2]) -> DVec3, [r1, r2]: [f64; 2]) -> f64 {
+    const STEP: f64 = 1.0 / 131_072.0;
+    let d1 = map([r1 + STEP, r2]) - map([r1 - STEP, r2]);
+    let d2 = map([r1, r2 + STEP]) - map([r1, r2 - STEP]);
+    d1.cross(d2).length() / (4.0 * STEP * STEP)
 }
 
 /// The map from the unit square to directions has the same ratio of areas everywhere: the solid
