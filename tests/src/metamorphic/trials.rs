@@ -210,7 +210,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
             ),
             on_scene(
                 "metamorphic/techniques",
-                "light",
+                "mis",
                 26,
                 RAYS,
                 "the image's brightness depends on which strategy for direct light the user chose",
