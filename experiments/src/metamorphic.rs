@@ -223,7 +223,7 @@ impl Metamorphic {
         });
         let stem = format!("{}-{}", case.relation.name, case.seed);
         let path = self.out.join(format!("{stem}.toml"));
-        self.write(&path, case, why)?;
+        write_finding(&path, case, why)?;
         let smallest = reduce(case, &|smaller| match interrupted() {
             true => Found::NotApplicable,
             false => checked(smaller),
@@ -232,42 +232,49 @@ impl Metamorphic {
             return Ok(());
         };
         let path = self.out.join(format!("{stem}-reduced.toml"));
-        self.write(&path, &smallest, &why)
+        write_finding(&path, &smallest, &why)
     }
+}
 
-    fn write(&self, path: &Path, case: &Case, why: &str) -> Result<(), Error> {
-        let Case {
-            relation,
-            technique,
-            scene,
-            seed,
-        } = case;
-        let command = format!(
-            "cargo run --release --bin metamorphic -- --scene {} --relation {} --technique {} --seed {seed}",
-            path.display(),
-            relation.name,
-            technique.name,
-        );
-        std::fs::create_dir_all(&self.out).map_err(Error::file("create", &self.out))?;
-        let head = format!("# Breaks \"{}\": {why}\n# {command}\n", relation.about);
-        write_scene(path, scene, &head)?;
-        for (letter, side) in ["a", "b"].iter().zip(case.sides().into_iter().flatten()) {
-            for (number, part) in side.iter().enumerate() {
-                // Renders of one side are to be added.
-                let number = match side.len() {
-                    1 => String::new(),
-                    _ => format!("-{}", number + 1),
-                };
-                let path = path.with_extension("");
-                let path = format!("{}-{letter}{number}.toml", path.display());
-                let head = format!("# By {}.\n", part.technique.name);
-                write_scene(Path::new(&path), &part.scene, &head)?;
-            }
+/// Writes a case that fails, with the command that shows it again, and the scenes of both its
+/// sides, `NAME-a.toml` and `NAME-b.toml`, or `NAME-b-1.toml` and so on where renders are added;
+/// prints the command.
+///
+/// # Errors
+/// [`Error::File`] for a file that cannot be written.
+pub fn write_finding(path: &Path, case: &Case, why: &str) -> Result<(), Error> {
+    let Case {
+        relation,
+        technique,
+        scene,
+        seed,
+    } = case;
+    let command = format!(
+        "cargo run --release --bin metamorphic -- --scene {} --relation {} --technique {} --seed {seed}",
+        path.display(),
+        relation.name,
+        technique.name,
+    );
+    let folder = path.parent().unwrap_or(Path::new("."));
+    std::fs::create_dir_all(folder).map_err(Error::file("create", folder))?;
+    let head = format!("# Breaks \"{}\": {why}\n# {command}\n", relation.about);
+    write_scene(path, scene, &head)?;
+    for (letter, side) in ["a", "b"].iter().zip(case.sides().into_iter().flatten()) {
+        for (number, part) in side.iter().enumerate() {
+            // Renders of one side are to be added.
+            let number = match side.len() {
+                1 => String::new(),
+                _ => format!("-{}", number + 1),
+            };
+            let path = path.with_extension("");
+            let path = format!("{}-{letter}{number}.toml", path.display());
+            let head = format!("# By {}.\n", part.technique.name);
+            write_scene(Path::new(&path), &part.scene, &head)?;
         }
-        let objects = scene.objects.len();
-        print_above(|| print_line!("  {objects} objects: {command}"));
-        Ok(())
     }
+    let objects = scene.objects.len();
+    print_above(|| print_line!("  {objects} objects: {command}"));
+    Ok(())
 }
 
 /// Writes a scene file after a comment, and the image that it names beside it.

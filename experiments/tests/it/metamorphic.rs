@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use std::path::Path;
 
+use experiments::metamorphic::write_finding;
 use trials::metamorphic::{
     Background, Case, Found, Material, Object, SceneText, generate, reduce, relation_named,
 };
@@ -134,6 +135,37 @@ fn index_one_leaves_out_small_lamps() {
     let applies = |scene| Case::of(relation, &scene, 1).sides().is_some();
     assert!(!applies(lit(0.05)));
     assert!(applies(lit(0.5)));
+}
+
+/// A finding comes with the scenes of both sides, which programs read.
+#[test]
+fn findings_are_written_with_both_sides() {
+    let folder = folder("finding");
+    let written = |relation: &str, sides: &[&str]| {
+        let relation = relation_named(relation).expect("a relation");
+        let applies = |case: &Case| {
+            matches!(case.scene.background, Background::Sky(_))
+                && case
+                    .sides()
+                    .is_some_and(|[a, b]| a.len() + b.len() == sides.len())
+        };
+        let mut cases = (0..).map(|seed| Case::of(relation, &generate(seed), seed));
+        let case = cases.find(applies).expect("a case");
+        let path = folder.join(format!("{}.toml", relation.name));
+        write_finding(&path, &case, "a reason").expect("written");
+        let text = std::fs::read_to_string(&path).expect("the case");
+        assert!(text.starts_with(&format!("# Breaks \"{}\": a reason\n", relation.about)));
+        let [a, b] = case.sides().expect("sides");
+        for (name, part) in sides.iter().zip(a.iter().chain(&b)) {
+            let path = folder.join(format!("{}-{name}.toml", relation.name));
+            let file = SceneFile::load(&path).expect("a scene file");
+            let expected = part.scene.description().expect("a description");
+            assert_eq!(file.description.background, expected.background);
+            assert_eq!(file.description.objects, expected.objects);
+        }
+    };
+    written("split", &["a", "b"]);
+    written("lamps", &["a", "b-1", "b-2"]);
 }
 
 /// The reducer is told that a scene fails if it has a zone of a sphere that emits.
