@@ -63,6 +63,12 @@ fn scenes_are_tested_and_counted() {
     refused("--scene none.toml", "none.toml");
     std::fs::write(folder.join("bad.toml"), BALL.replace("half_height", "fov")).expect("written");
     refused("--scene bad.toml", "bad.toml, line 3: ");
+    let two = BALL.replace("[1.0, 0.5, 0.2]", "[1.0, 0.5]");
+    std::fs::write(folder.join("two.toml"), two).expect("written");
+    refused(
+        "--scene two.toml",
+        "two.toml, line 2: background needs three radiances",
+    );
 }
 
 #[test]

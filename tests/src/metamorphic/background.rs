@@ -9,7 +9,10 @@ use super::scene::{Similarity, Triple};
 
 /// Radiance of rays that hit nothing, as scene files describe it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(untagged)]
+#[serde(
+    untagged,
+    expecting = "background needs three radiances, such as [1.0, 1.0, 1.0], or a map with image, up and front"
+)]
 pub enum Background {
     /// The same from all directions.
     Uniform(Triple),
