@@ -240,7 +240,9 @@ impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
         }
         let blocks = |id: u32| !(through_glass && scene.is_glass(id));
         if !data.is_small {
-            return if is_coherent::<R, N>(segment.direction, active) {
+            // A ray that is blocked has ended, but not its packet: alone it is faster, in double
+            // precision (`is_coherent`).
+            return if R::IS_SINGLE {
                 active
                     & !scene.bvh().occluded_of_packet::<R, N>(
                         &segment,
@@ -292,9 +294,10 @@ impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
     }
 }
 
-/// Returns whether rays traverse a hierarchy as a packet. This is usually faster if their
-/// directions agree in sign along two of three axes. In single precision they always do: single
-/// rays are traced in double precision, and a ray's hit must not depend on the other rays.
+/// Returns whether rays that ask for the nearest hit traverse a hierarchy as a packet. This is
+/// usually faster if their directions agree in sign along two of three axes. In single precision
+/// they always do: single rays are traced in double precision, and a ray's hit must not depend on
+/// the other rays.
 #[inline]
 fn is_coherent<R: Wide<N>, const N: usize>(direction: R::Vector, active: R::Mask) -> bool {
     let (active, zero): (u32, R) = (active.bits(), R::splat(0.0));
