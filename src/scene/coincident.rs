@@ -264,7 +264,8 @@ impl Shapes<'_> {
                 (pole - reach, pole + reach, usize::MAX)
             }
         };
-        let mut others = Vec::new();
+        // Most have a dozen or two.
+        let mut others = Vec::with_capacity(64);
         self.bvh.overlapping(low, high, |j| {
             others.push(j);
             others.len() <= most

@@ -146,6 +146,11 @@ fn faces_have_their_area_and_side() {
             &["1 of 2 faces repeat"],
         ),
         (
+            square("f 1 1 2 3\nf 3 2 1\n"),
+            2.0,
+            &["1 of 2 faces repeat an earlier one, 1 of them turned over"],
+        ),
+        (
             square("v 1 0.5 1\nf 1 2 5 4\n"),
             4.0,
             &["1 of 1 faces are not flat"],

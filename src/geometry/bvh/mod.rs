@@ -181,10 +181,9 @@ impl Bvh {
     /// Calls `each` with the indices of the primitives whose boxes meet the box from `low` to
     /// `high`, and of some of their neighbours, until it returns false.
     pub(crate) fn overlapping(&self, low: DVec3, high: DVec3, mut each: impl FnMut(u32) -> bool) {
-        let (low, high) = (
-            low.to_array().map(build::rounded_down),
-            (-high).to_array().map(build::rounded_down),
-        );
+        let [low, negative_high] = [low, -high].map(|v| v.to_array().map(build::rounded_down));
+        let low = low.map(EightSingles::splat_scalar);
+        let high = negative_high.map(|x| EightSingles::splat_scalar(-x));
         let mut waiting = ArrayVec::<u32, STACK_SIZE>::new();
         waiting.extend((!self.nodes.is_empty()).then_some(0));
         while let Some(child) = waiting.pop() {
@@ -199,14 +198,15 @@ impl Bvh {
                 continue;
             }
             let node = &self.nodes[place];
-            for slot in 0..node.child_count {
-                let meets = |axis: usize| {
-                    let [below, above] = &node.planes[axis];
-                    below[slot] <= -high[axis] && above[slot] >= low[axis]
-                };
-                if meets(0) && meets(1) && meets(2) {
-                    waiting.push(node.children[slot]);
-                }
+            let misses = |axis: usize| {
+                let [below, above] = node.planes[axis].map(EightSingles::from_array);
+                below.cmpgt(high[axis]) | above.cmplt(low[axis])
+            };
+            let mut meets =
+                !(misses(0) | misses(1) | misses(2)).bits() & ((1 << node.child_count) - 1);
+            while meets != 0 {
+                waiting.push(node.children[meets.trailing_zeros() as usize % WIDTH]);
+                meets &= meets - 1;
             }
         }
     }

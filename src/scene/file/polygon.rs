@@ -17,10 +17,12 @@ const FLAT: f64 = 1e-3;
 pub(super) struct Polygons {
     /// First vertex at each place, whose coordinates are given by their bits.
     places: HashMap<[u64; 3], u32>,
-    /// Number of vertices that `places` has seen.
-    placed: usize,
-    /// Polygons added, and whether each goes against the direction of its [`cycle`].
-    seen: HashMap<Vec<u32>, bool>,
+    /// For each vertex, the first at its place.
+    first_vertices: Vec<u32>,
+    /// Polygons added, and whether each goes against the direction of its [`cycle`]. Those of three
+    /// corners, most of a mesh, are in a table of their own.
+    seen_triangles: HashMap<[u32; 3], bool>,
+    seen_others: HashMap<Vec<u32>, bool>,
     faces: usize,
     repeated: usize,
     turned_over: usize,
@@ -34,24 +36,19 @@ impl Polygons {
     /// # Errors
     /// A message for a polygon that crosses itself.
     pub fn add(&mut self, vertices: &[DVec3], corners: &[u32]) -> Result<Vec<[u32; 3]>, String> {
-        for (index, vertex) in (self.placed as u32..).zip(&vertices[self.placed..]) {
-            self.places.entry(bits(*vertex)).or_insert(index);
+        for index in self.first_vertices.len()..vertices.len() {
+            let place = self.places.entry(bits(vertices[index]));
+            self.first_vertices.push(*place.or_insert(index as u32));
         }
-        self.placed = vertices.len();
         self.faces += 1;
-        let places: Vec<u32> = corners
-            .iter()
-            .map(|&i| self.places[&bits(vertices[i as usize])])
-            .collect();
-        let (key, reversed) = cycle(places);
-        match self.seen.entry(key) {
-            Entry::Occupied(first) => {
-                self.repeated += 1;
-                self.turned_over += usize::from(*first.get() != reversed);
-                return Ok(Vec::new());
-            }
-            Entry::Vacant(new) => new.insert(reversed),
-        };
+        if let Some(goes_round_alike) = self.see(corners) {
+            self.repeated += 1;
+            self.turned_over += usize::from(!goes_round_alike);
+            return Ok(Vec::new());
+        }
+        if let &[a, b, c] = corners {
+            return Ok(vec![[a, b, c]]);
+        }
         let points: Vec<DVec3> = corners.iter().map(|&i| vertices[i as usize]).collect();
         self.bent += usize::from(is_bent(&points));
         let triangles = divide(&points)
@@ -60,6 +57,17 @@ impl Polygons {
             .iter()
             .map(|triangle| triangle.map(|i| corners[i]))
             .collect())
+    }
+
+    /// Records a polygon. If it was seen before, returns whether it goes round as it did then.
+    fn see(&mut self, corners: &[u32]) -> Option<bool> {
+        let first_vertex = |&i: &u32| self.first_vertices[i as usize];
+        let (key, reversed) = cycle(corners.iter().map(first_vertex).collect());
+        let before = match <[u32; 3]>::try_from(&key[..]) {
+            Ok(triangle) => first_value(self.seen_triangles.entry(triangle), reversed),
+            Err(_) => first_value(self.seen_others.entry(key), reversed),
+        };
+        before.map(|before| before == reversed)
     }
 
     /// Iterates over notes for the user about the polygons added.
@@ -81,6 +89,17 @@ impl Polygons {
             format!("{bent} of {faces} faces are not flat: other programs may divide them into other triangles")
         });
         twice.into_iter().chain(bent)
+    }
+}
+
+/// Returns the value of an entry, or inserts one.
+fn first_value<K>(entry: Entry<'_, K, bool>, value: bool) -> Option<bool> {
+    match entry {
+        Entry::Occupied(first) => Some(*first.get()),
+        Entry::Vacant(new) => {
+            new.insert(value);
+            None
+        }
     }
 }
 
@@ -127,16 +146,15 @@ fn is_bent(points: &[DVec3]) -> bool {
         .map(|p| p.distance(middle))
         .fold(0.0, f64::max);
     let normal = newell(points).normalize_or_zero();
-    points.len() > 3
-        && points
-            .iter()
-            .any(|p| (*p - middle).dot(normal).abs() > FLAT * extent)
+    points
+        .iter()
+        .any(|p| (*p - middle).dot(normal).abs() > FLAT * extent)
 }
 
-/// Returns the triangles of a polygon by indices of its corners; `None` if it crosses itself, seen
-/// along its normal.
+/// Returns the triangles of a polygon of four corners or more by their indices; `None` if it crosses
+/// itself, seen along its normal.
 ///
-/// A triangle, a polygon whose triangles from its first corner cover it, and one without area are
+/// A polygon whose triangles from its first corner cover it, and one without area are
 /// divided from the first corner. For others the triangles are those of the constrained Delaunay
 /// triangulation of the polygon in projection within which its winding number is 1; it must be 0 or
 /// 1 everywhere, so that holes joined to the outside by an edge there and back are holes.
@@ -144,7 +162,7 @@ fn divide(points: &[DVec3]) -> Option<Vec<[usize; 3]>> {
     let fan: Vec<[usize; 3]> = (1..points.len() - 1).map(|i| [0, i, i + 1]).collect();
     let area = |[a, b, c]: [usize; 3]| (points[b] - points[a]).cross(points[c] - points[a]);
     let flat = flattened(points);
-    if points.len() == 3 || fan_covers(&flat) || fan.iter().all(|t| area(*t) == DVec3::ZERO) {
+    if fan_covers(&flat) || fan.iter().all(|t| area(*t) == DVec3::ZERO) {
         return Some(fan);
     }
     let mut mesh = ConstrainedDelaunayTriangulation::<Corner>::new();
