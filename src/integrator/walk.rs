@@ -161,20 +161,24 @@ pub(super) fn trace_walks<'a, P: PathParts, T, S: Sampler>(
                 ))?) << lane;
                 endless |= u32::from(is_endless) << lane;
             }
-            let next = surface.sample(parts, LaneMask::from_bits(going & !endless), &mut random);
-            let scattered = throughput * next.weight;
-            let random = random.uniform(next.exists);
-            let (survives, weight) =
-                parts.lanes_survive(scattered, LaneMask::splat(false), random, next.exists);
-            let spawned = surface.spawn_ray(next.direction);
-            let new = |value: Lanes3, old: Lanes3| Vector::select(survives, value, old);
-            ray = Ray::new(
-                new(spawned.origin, ray.origin),
-                new(spawned.direction, ray.direction),
-            );
-            throughput = new(scattered * weight, throughput);
-            factor = <Lanes as Real>::select(survives, factor * next.radiance_factor, factor);
-            going = survives.bits();
+            going &= !endless;
+            // All may have ended, as those of photon maps at the first diffuse surfaces.
+            if going != 0 {
+                let next = surface.sample(parts, LaneMask::from_bits(going), &mut random);
+                let scattered = throughput * next.weight;
+                let random = random.uniform(next.exists);
+                let (survives, weight) =
+                    parts.lanes_survive(scattered, LaneMask::splat(false), random, next.exists);
+                let spawned = surface.spawn_ray(next.direction);
+                let new = |value: Lanes3, old: Lanes3| Vector::select(survives, value, old);
+                ray = Ray::new(
+                    new(spawned.origin, ray.origin),
+                    new(spawned.direction, ray.direction),
+                );
+                throughput = new(scattered * weight, throughput);
+                factor = <Lanes as Real>::select(survives, factor * next.radiance_factor, factor);
+                going = survives.bits();
+            }
         }
         for lane in lanes_of(busy.bits() & !going) {
             let left = hit_bits >> lane & 1 == 0;
