@@ -142,13 +142,13 @@ impl<P: Photons + PathParts> PhotonMapping<P> {
     }
 
     /// Follows rays through mirrors and glass to the first diffuse surfaces. `on_emission` receives
-    /// the emission seen on the way, and the index of the path.
-    fn trace_to_diffuse<R: Sampler>(
+    /// the emission seen on the way, and the item of the path.
+    fn trace_to_diffuse<T: Copy, R: Sampler>(
         &self,
         scene: &Scene,
-        rays: impl Iterator<Item = PendingWalk<usize, R>>,
-        mut on_emission: impl FnMut(usize, DVec3),
-    ) -> Vec<(usize, PhotonHit, R)> {
+        rays: impl Iterator<Item = PendingWalk<T, R>>,
+        mut on_emission: impl FnMut(T, DVec3),
+    ) -> Vec<(T, PhotonHit, R)> {
         let mut arrivals = Vec::new();
         let walks = rays.map(|walk| {
             let PendingWalk {
@@ -218,7 +218,60 @@ impl<P: Photons + PathParts> PhotonMapping<P> {
                 throughput * map.reflected(&self.parts, bsdf, &vertex, radius);
         }
     }
+
+    /// Adds the light that arrives at the first diffuse surfaces directly from emitters, and follows
+    /// a ray from each to a second one; returns the gather points there.
+    fn second_gather_points<R: Sampler>(
+        &self,
+        scene: &Scene,
+        arrivals: Vec<(usize, PhotonHit, R)>,
+        radiances: &mut [DVec3],
+    ) -> Vec<GatherPoint> {
+        let parts = &self.parts;
+        let mut gathering = Vec::with_capacity(arrivals.len());
+        for (
+            item,
+            PhotonHit {
+                hit,
+                at,
+                throughput,
+                block,
+            },
+            mut rng,
+        ) in arrivals
+        {
+            let bsdf = &scene.surface(&hit).bsdf;
+            if let Some(light) =
+                direct_light(parts, scene, bsdf, &at, ShadowRays::DEFAULT, &mut rng)
+            {
+                radiances[item] += throughput * light.reflected;
+            }
+            if let Some(next) = parts.sample(bsdf, &at, &mut rng) {
+                let ray = Some(scene.spawn_ray(hit.point, hit.normal, next.direction));
+                gathering.push(PendingWalk {
+                    item: (item, throughput * next.weight),
+                    ray,
+                    block,
+                    rng,
+                });
+            }
+        }
+        let second =
+            self.trace_to_diffuse(scene, gathering.into_iter(), |(i, weight), emission| {
+                if parts.gathers_emission() {
+                    radiances[i] += weight * emission;
+                }
+            });
+        second
+            .iter()
+            .map(|((i, weight), arrival, _)| GatherPoint::new(*i, arrival, *weight))
+            .collect()
+    }
 }
+
+/// Number of camera rays whose paths are traced together: they and their random numbers fit the
+/// cache.
+const TRACED_TOGETHER: usize = 512;
 
 impl<P: Photons + PathParts> Estimator for PhotonMapping<P> {
     const BATCH_SIZE: u32 = 1 << 16;
@@ -245,78 +298,45 @@ impl<P: Photons + PathParts> Estimator for PhotonMapping<P> {
         scene: &Scene,
         samples: impl Iterator<Item = Sample<R>>,
     ) -> Vec<DVec3> {
-        let parts = &self.parts;
-        let radiances = RefCell::new(Vec::new());
-        let rays = samples.enumerate().map(|(item, Sample { ray, rng, .. })| {
-            radiances.borrow_mut().push(DVec3::ZERO);
-            PendingWalk {
-                item,
-                ray: Some(ray),
-                block: 0,
-                rng,
-            }
-        });
-        let arrivals = self.trace_to_diffuse(scene, rays, |i, emission| {
-            radiances.borrow_mut()[i] += emission;
-        });
-        let mut radiances = radiances.into_inner();
-        let gather_points = arrivals
-            .iter()
-            .map(|(i, arrival, _)| GatherPoint::new(*i, arrival, DVec3::ONE))
-            .collect();
-        let Some((caustics, radius)) = &self.caustics else {
-            self.gather(scene, &self.all, self.radius, gather_points, &mut radiances);
-            return radiances;
-        };
-        // Light that arrives at the first diffuse surfaces: directly from emitters, and from second
-        // surfaces.
-        let mut weights = vec![DVec3::ZERO; radiances.len()];
-        let mut gathering = Vec::with_capacity(arrivals.len());
-        for (
-            item,
-            PhotonHit {
-                hit,
-                at,
-                throughput,
-                block,
-            },
-            mut rng,
-        ) in arrivals
-        {
-            let bsdf = &scene.surface(&hit).bsdf;
-            if let Some(light) =
-                direct_light(parts, scene, bsdf, &at, ShadowRays::DEFAULT, &mut rng)
-            {
-                radiances[item] += throughput * light.reflected;
-            }
-            if let Some(next) = parts.sample(bsdf, &at, &mut rng) {
-                weights[item] = throughput * next.weight;
-                let ray = Some(scene.spawn_ray(hit.point, hit.normal, next.direction));
-                gathering.push(PendingWalk {
+        let (radiances, mut samples) = (RefCell::new(Vec::new()), samples.enumerate());
+        let (mut first_points, mut second_points) = (Vec::new(), Vec::new());
+        loop {
+            let traced = radiances.borrow().len();
+            let rays = samples.by_ref().take(TRACED_TOGETHER);
+            let rays = rays.map(|(item, Sample { ray, rng, .. })| {
+                radiances.borrow_mut().push(DVec3::ZERO);
+                PendingWalk {
                     item,
-                    ray,
-                    block,
+                    ray: Some(ray),
+                    block: 0,
                     rng,
-                });
+                }
+            });
+            let arrivals = self.trace_to_diffuse(scene, rays, |i, emission| {
+                radiances.borrow_mut()[i] += emission;
+            });
+            if radiances.borrow().len() == traced {
+                break;
+            }
+            first_points.extend(
+                arrivals
+                    .iter()
+                    .map(|(i, arrival, _)| GatherPoint::new(*i, arrival, DVec3::ONE)),
+            );
+            if self.caustics.is_some() {
+                let radiances = &mut radiances.borrow_mut()[..];
+                second_points.extend(self.second_gather_points(scene, arrivals, radiances));
             }
         }
-        let second = self.trace_to_diffuse(scene, gathering.into_iter(), |i, emission| {
-            if parts.gathers_emission() {
-                radiances[i] += weights[i] * emission;
+        let mut radiances = radiances.into_inner();
+        let (map, radius) = match &self.caustics {
+            Some((caustics, radius)) => {
+                self.gather(scene, &self.all, self.radius, second_points, &mut radiances);
+                (caustics, *radius)
             }
-        });
-        let second_gather_points = second
-            .iter()
-            .map(|(i, arrival, _)| GatherPoint::new(*i, arrival, weights[*i]))
-            .collect();
-        self.gather(
-            scene,
-            &self.all,
-            self.radius,
-            second_gather_points,
-            &mut radiances,
-        );
-        self.gather(scene, caustics, *radius, gather_points, &mut radiances);
+            None => (&self.all, self.radius),
+        };
+        self.gather(scene, map, radius, first_points, &mut radiances);
         radiances
     }
 }
