@@ -36,9 +36,10 @@ impl Polygons {
     /// # Errors
     /// A message for a polygon that crosses itself.
     pub fn add(&mut self, vertices: &[DVec3], corners: &[u32]) -> Result<Vec<[u32; 3]>, String> {
-        for index in self.first_vertices.len()..vertices.len() {
-            let place = self.places.entry(bits(vertices[index]));
-            self.first_vertices.push(*place.or_insert(index as u32));
+        let known = self.first_vertices.len();
+        for (index, vertex) in (known as u32..).zip(&vertices[known..]) {
+            let first = *self.places.entry(bits(*vertex)).or_insert(index);
+            self.first_vertices.push(first);
         }
         self.faces += 1;
         if let Some(goes_round_alike) = self.see(corners) {
