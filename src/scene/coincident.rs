@@ -264,7 +264,7 @@ impl Shapes<'_> {
                 (pole - reach, pole + reach, usize::MAX)
             }
         };
-        // Most have a dozen or two.
+        // Room for those of most primitives, so that it need not grow.
         let mut others = Vec::with_capacity(64);
         self.bvh.overlapping(low, high, |j| {
             others.push(j);

@@ -298,10 +298,10 @@ impl<P: Photons + PathParts> Estimator for PhotonMapping<P> {
         scene: &Scene,
         samples: impl Iterator<Item = Sample<R>>,
     ) -> Vec<DVec3> {
-        let (radiances, mut samples) = (RefCell::new(Vec::new()), samples.enumerate());
+        let radiances = RefCell::new(Vec::new());
         let (mut first_points, mut second_points) = (Vec::new(), Vec::new());
-        loop {
-            let traced = radiances.borrow().len();
+        let mut samples = samples.enumerate().peekable();
+        while samples.peek().is_some() {
             let rays = samples.by_ref().take(TRACED_TOGETHER);
             let rays = rays.map(|(item, Sample { ray, rng, .. })| {
                 radiances.borrow_mut().push(DVec3::ZERO);
@@ -315,9 +315,6 @@ impl<P: Photons + PathParts> Estimator for PhotonMapping<P> {
             let arrivals = self.trace_to_diffuse(scene, rays, |i, emission| {
                 radiances.borrow_mut()[i] += emission;
             });
-            if radiances.borrow().len() == traced {
-                break;
-            }
             first_points.extend(
                 arrivals
                     .iter()
