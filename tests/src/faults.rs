@@ -157,7 +157,7 @@ pub struct Pair {
 }
 
 /// A [`Family`] without its type of subject.
-pub trait AnyFamily {
+pub trait AnyFamily: Send + Sync {
     /// Returns the trials, with the faults that name them as negative controls.
     fn trials(&self) -> Vec<Trial>;
     /// Returns the faults, then the equivalent mutants.

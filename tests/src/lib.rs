@@ -57,11 +57,13 @@ mod subject;
 mod survival;
 pub mod symptoms;
 
+use std::sync::LazyLock;
+
 use crate::faults::{AnyFamily, FaultData, Pair};
 use whitefurnace::harness::trial::Trial;
 
-/// All families: the trials and their faults, grouped by type of subject.
-pub fn families() -> Vec<Box<dyn AnyFamily>> {
+/// The registry, made once: its expected values take seconds of quadrature.
+static FAMILIES: LazyLock<Vec<Box<dyn AnyFamily>>> = LazyLock::new(|| {
     [
         hemisphere::families(),
         fresnel::families(),
@@ -97,6 +99,11 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     .into_iter()
     .flatten()
     .collect()
+});
+
+/// All families: the trials and their faults, grouped by type of subject.
+pub fn families() -> &'static [Box<dyn AnyFamily>] {
+    &FAMILIES
 }
 
 /// Every trial of the suite.
