@@ -190,14 +190,13 @@ macro_rules! lanes {
             }
             #[inline]
             fn from_fn(lane: impl Fn(usize) -> bool) -> Self {
-                let number = |i: usize| {
+                let mut numbers = [0.0; $count];
+                for i in 0..$count {
                     if lane(i) {
-                        <$scalar>::from_bits(<$bits>::MAX)
-                    } else {
-                        0.0
+                        numbers[i] = <$scalar>::from_bits(<$bits>::MAX);
                     }
-                };
-                Self(<$wide>::new(from_fn(number)))
+                }
+                Self(<$wide>::new(numbers))
             }
             #[inline]
             fn bits(self) -> u32 {
@@ -217,12 +216,22 @@ macro_rules! lanes {
             }
             #[inline]
             fn from_lanes(lane: impl Fn(usize) -> f64) -> Self {
-                Self::from_array(from_fn(|i| <$scalar>::rounded(lane(i))))
+                let mut numbers = [0.0; $count];
+                for i in 0..$count {
+                    numbers[i] = <$scalar>::rounded(lane(i));
+                }
+                Self::from_array(numbers)
             }
             #[inline]
             fn vector_from_lanes(lane: impl Fn(usize) -> DVec3) -> Lanes3<Self> {
-                let all: [DVec3; $count] = from_fn(lane);
-                Lanes3::of([0, 1, 2].map(|k| Self::from_lanes(|i| all[i][k])))
+                let mut components = [[0.0; $count]; 3];
+                for i in 0..$count {
+                    let vector = lane(i);
+                    for k in 0..3 {
+                        components[k][i] = <$scalar>::rounded(vector[k]);
+                    }
+                }
+                Lanes3::of(components.map(Self::from_array))
             }
             #[inline]
             fn lane(self, lane: usize) -> f64 {
