@@ -59,8 +59,8 @@ impl<P: PathParts + Bidirectional> ImageEstimator for Bdpt<P> {
             buffers,
             |(spare, splats), pixels| {
                 let place = |pixel| [pixel % resolution[0], pixel / resolution[0]];
-                let pixels = pixels.map(|pixel| (place(pixel), pass.pixel_stream(pixel)));
-                self.pairs(scene, pixels, resolution, splats, spare)?;
+                let mut pixels = pixels.map(|pixel| (place(pixel), pass.pixel_stream(pixel)));
+                self.pairs(scene, &mut pixels, resolution, splats, spare)?;
                 splats.flush()
             },
         )?;
@@ -103,7 +103,7 @@ impl<P: PathParts + Bidirectional> Bdpt<P> {
         let mut splats = image.buffer();
         self.pairs(
             scene,
-            std::iter::once((pixel, rng)),
+            &mut std::iter::once((pixel, rng)),
             resolution,
             &mut splats,
             &mut Vec::new(),
@@ -116,14 +116,14 @@ impl<P: PathParts + Bidirectional> Bdpt<P> {
     fn pairs<'a, R: Sampler>(
         &self,
         scene: &'a Scene,
-        pixels: impl Iterator<Item = ([u32; 2], R)>,
+        pixels: &mut dyn Iterator<Item = ([u32; 2], R)>,
         resolution: [u32; 2],
         splats: &mut SplatBuffer<'_>,
         spare: &mut Vec<Vec<PathVertex<'a>>>,
     ) -> Result<(), Error> {
         let parts = &self.parts;
         let named = |error: Error, [x, y]: [u32; 2]| error.at(|| format!(" at pixel ({x}, {y})"));
-        let items = pixels.map(|(pixel, rng)| {
+        let mut items = pixels.map(|(pixel, rng)| {
             let [light, eye] = [(); 2].map(|()| spare.pop().unwrap_or_default());
             (
                 Pair {
@@ -140,7 +140,7 @@ impl<P: PathParts + Bidirectional> Bdpt<P> {
         particles(
             parts,
             scene,
-            items,
+            &mut items,
             |error, pair: &Pair<'_>| named(error, pair.pixel),
             |event| {
                 match event {
@@ -160,7 +160,7 @@ impl<P: PathParts + Bidirectional> Bdpt<P> {
             },
         )?;
         let eye = scene.camera().eye;
-        let starts = pairs.into_iter().map(|(mut item, mut rng)| {
+        let mut starts = pairs.into_iter().map(|(mut item, mut rng)| {
             rng.block(0);
             let [x, y] = uniform2(&mut rng);
             let [column, row] = item.pixel.map(f64::from);
@@ -173,7 +173,7 @@ impl<P: PathParts + Bidirectional> Bdpt<P> {
                 rng,
             }
         });
-        trace_walks(parts, scene, starts, |event| match event {
+        trace_walks(parts, scene, &mut starts, |event| match event {
             WalkEvent::Hit(pair, step, at, rng) => {
                 let Pair {
                     light,

@@ -33,11 +33,11 @@ impl<P: PathParts + Bidirectional> ImageEstimator for LightTracer<P> {
         in_batches(count).try_for_each_init(
             || image.buffer(),
             |splats, numbers| {
-                let items = numbers.map(|number| (number, pass.particle_stream(number, count)));
+                let mut items = numbers.map(|number| (number, pass.particle_stream(number, count)));
                 let named = |error: Error, number: &u32| {
                     error.at(|| format!(" by particle {number} of pass {}", pass.index))
                 };
-                particles(&self.parts, scene, items, named, |event| match event {
+                particles(&self.parts, scene, &mut items, named, |event| match event {
                     ParticleEvent::Vertex(_, vertex) => {
                         match connect_to_eye(&self.parts, scene, resolution, vertex) {
                             Some(splat) => splats.add(splat.pixel, splat.value),

@@ -198,7 +198,7 @@ impl TransportRules {
 
 impl<E: Integrator> Estimator for E {
     fn radiance<S: Sampler>(&self, scene: &Scene, ray: &Ray, _: Option<Hit>, rng: &mut S) -> DVec3 {
-        radiances::<E, &mut S, f64, 1>(scene, self, std::iter::once((*ray, rng)))[0]
+        radiances::<E, &mut S, f64, 1>(scene, self, &mut std::iter::once((*ray, rng)))[0]
     }
 
     fn radiances<S: Sampler>(
@@ -206,8 +206,8 @@ impl<E: Integrator> Estimator for E {
         scene: &Scene,
         samples: impl Iterator<Item = Sample<S>>,
     ) -> Vec<DVec3> {
-        let rays = samples.map(|Sample { ray, rng, .. }| (ray, rng));
-        radiances::<E, S, Lanes, LANES>(scene, self, rays)
+        let mut rays = samples.map(|Sample { ray, rng, .. }| (ray, rng));
+        radiances::<E, S, Lanes, LANES>(scene, self, &mut rays)
     }
 
     fn sees_in_mirrors(&self) -> bool {

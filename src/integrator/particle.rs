@@ -26,11 +26,11 @@ pub(super) enum ParticleEvent<'m, 'a, T, R> {
 pub(super) fn particles<'a, P: PathParts + Bidirectional, T, R: Sampler>(
     parts: &P,
     scene: &'a Scene,
-    items: impl Iterator<Item = (T, R)>,
+    items: &mut dyn Iterator<Item = (T, R)>,
     named: impl Fn(Error, &T) -> Error,
     mut on_event: impl FnMut(ParticleEvent<'_, 'a, T, R>) -> Result<(), Error>,
 ) -> Result<(), Error> {
-    let starts = items.map(|(item, mut rng)| {
+    let mut starts = items.map(|(item, mut rng)| {
         rng.block(FIRST_LIGHT_BLOCK);
         let start = pick_point(parts, scene, &mut rng).map(|(index, light)| {
             let throughput = scene.emitters()[index].radiance / point_pdf(parts, scene, index);
@@ -49,7 +49,7 @@ pub(super) fn particles<'a, P: PathParts + Bidirectional, T, R: Sampler>(
             rng,
         }
     });
-    trace_walks(parts, scene, starts, |event| match event {
+    trace_walks(parts, scene, &mut starts, |event| match event {
         WalkEvent::Hit((item, first, flux), step, at, _) => {
             let flux = *flux * step.throughput * parts.flux_factor(step.factor);
             let mut arrive = || {

@@ -19,7 +19,7 @@ use crate::scene::lanes::{IntersectionScratch, LaneScene};
 pub(crate) fn radiances<E: Integrator, S: Sampler, R: Wide<N>, const N: usize>(
     scene: &Scene,
     estimator: &E,
-    rays: impl Iterator<Item = (Ray, S)>,
+    rays: &mut dyn Iterator<Item = (Ray, S)>,
 ) -> Vec<DVec3> {
     let lanes: LaneScene<'_, R, N> = LaneScene::new(scene);
     let mut rays = rays.enumerate();

@@ -78,7 +78,7 @@ struct Walk<T> {
 pub(super) fn trace_walks<'a, P: PathParts, T, S: Sampler>(
     parts: &P,
     scene: &'a Scene,
-    mut pending: impl Iterator<Item = PendingWalk<T, S>>,
+    pending: &mut dyn Iterator<Item = PendingWalk<T, S>>,
     mut event: impl FnMut(WalkEvent<'_, 'a, T, S>) -> Result<bool, Error>,
 ) -> Result<(), Error> {
     let lanes: LaneScene<'a, Lanes, LANES> = LaneScene::new(scene);
@@ -97,7 +97,7 @@ pub(super) fn trace_walks<'a, P: PathParts, T, S: Sampler>(
                 ray,
                 block,
                 rng,
-            } in pending.by_ref()
+            } in &mut *pending
             {
                 if ray.is_some() {
                     let walk = Walk {

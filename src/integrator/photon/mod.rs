@@ -146,11 +146,11 @@ impl<P: Photons + PathParts> PhotonMapping<P> {
     fn trace_to_diffuse<T: Copy, R: Sampler>(
         &self,
         scene: &Scene,
-        rays: impl Iterator<Item = PendingWalk<T, R>>,
-        mut on_emission: impl FnMut(T, DVec3),
+        rays: &mut dyn Iterator<Item = PendingWalk<T, R>>,
+        on_emission: &mut dyn FnMut(T, DVec3),
     ) -> Vec<(T, PhotonHit, R)> {
         let mut arrivals = Vec::new();
-        let walks = rays.map(|walk| {
+        let mut walks = rays.map(|walk| {
             let PendingWalk {
                 item,
                 ray,
@@ -164,7 +164,7 @@ impl<P: Photons + PathParts> PhotonMapping<P> {
                 rng,
             }
         });
-        let followed = trace_walks(&self.parts, scene, walks, |event| {
+        let followed = trace_walks(&self.parts, scene, &mut walks, |event| {
             match event {
                 WalkEvent::Hit((number, block, arrival), hit, at, _) => {
                     *block += 1;
@@ -256,16 +256,64 @@ impl<P: Photons + PathParts> PhotonMapping<P> {
                 });
             }
         }
-        let second =
-            self.trace_to_diffuse(scene, gathering.into_iter(), |(i, weight), emission| {
+        let second = self.trace_to_diffuse(
+            scene,
+            &mut gathering.into_iter(),
+            &mut |(i, weight), emission| {
                 if parts.gathers_emission() {
                     radiances[i] += weight * emission;
                 }
-            });
+            },
+        );
         second
             .iter()
             .map(|((i, weight), arrival, _)| GatherPoint::new(*i, arrival, *weight))
             .collect()
+    }
+
+    /// Estimates the radiance along rays, [`TRACED_TOGETHER`] at a time.
+    fn in_parts<R: Sampler>(
+        &self,
+        scene: &Scene,
+        samples: &mut dyn Iterator<Item = Sample<R>>,
+    ) -> Vec<DVec3> {
+        let radiances = RefCell::new(Vec::new());
+        let (mut first_points, mut second_points) = (Vec::new(), Vec::new());
+        let mut samples = samples.enumerate().peekable();
+        while samples.peek().is_some() {
+            let rays = samples.by_ref().take(TRACED_TOGETHER);
+            let mut rays = rays.map(|(item, Sample { ray, rng, .. })| {
+                radiances.borrow_mut().push(DVec3::ZERO);
+                PendingWalk {
+                    item,
+                    ray: Some(ray),
+                    block: 0,
+                    rng,
+                }
+            });
+            let arrivals = self.trace_to_diffuse(scene, &mut rays, &mut |i, emission| {
+                radiances.borrow_mut()[i] += emission;
+            });
+            first_points.extend(
+                arrivals
+                    .iter()
+                    .map(|(i, arrival, _)| GatherPoint::new(*i, arrival, DVec3::ONE)),
+            );
+            if self.caustics.is_some() {
+                let radiances = &mut radiances.borrow_mut()[..];
+                second_points.extend(self.second_gather_points(scene, arrivals, radiances));
+            }
+        }
+        let mut radiances = radiances.into_inner();
+        let (map, radius) = match &self.caustics {
+            Some((caustics, radius)) => {
+                self.gather(scene, &self.all, self.radius, second_points, &mut radiances);
+                (caustics, *radius)
+            }
+            None => (&self.all, self.radius),
+        };
+        self.gather(scene, map, radius, first_points, &mut radiances);
+        radiances
     }
 }
 
@@ -296,44 +344,8 @@ impl<P: Photons + PathParts> Estimator for PhotonMapping<P> {
     fn radiances<R: Sampler>(
         &self,
         scene: &Scene,
-        samples: impl Iterator<Item = Sample<R>>,
+        mut samples: impl Iterator<Item = Sample<R>>,
     ) -> Vec<DVec3> {
-        let radiances = RefCell::new(Vec::new());
-        let (mut first_points, mut second_points) = (Vec::new(), Vec::new());
-        let mut samples = samples.enumerate().peekable();
-        while samples.peek().is_some() {
-            let rays = samples.by_ref().take(TRACED_TOGETHER);
-            let rays = rays.map(|(item, Sample { ray, rng, .. })| {
-                radiances.borrow_mut().push(DVec3::ZERO);
-                PendingWalk {
-                    item,
-                    ray: Some(ray),
-                    block: 0,
-                    rng,
-                }
-            });
-            let arrivals = self.trace_to_diffuse(scene, rays, |i, emission| {
-                radiances.borrow_mut()[i] += emission;
-            });
-            first_points.extend(
-                arrivals
-                    .iter()
-                    .map(|(i, arrival, _)| GatherPoint::new(*i, arrival, DVec3::ONE)),
-            );
-            if self.caustics.is_some() {
-                let radiances = &mut radiances.borrow_mut()[..];
-                second_points.extend(self.second_gather_points(scene, arrivals, radiances));
-            }
-        }
-        let mut radiances = radiances.into_inner();
-        let (map, radius) = match &self.caustics {
-            Some((caustics, radius)) => {
-                self.gather(scene, &self.all, self.radius, second_points, &mut radiances);
-                (caustics, *radius)
-            }
-            None => (&self.all, self.radius),
-        };
-        self.gather(scene, map, radius, first_points, &mut radiances);
-        radiances
+        self.in_parts(scene, &mut samples)
     }
 }

@@ -259,7 +259,7 @@ fn trace_photons<P: Photons + PathParts>(
 ) -> Result<Vec<(DVec3, Photon)>, Error> {
     let mut photons = vec![Vec::new(); particles.len()];
     let first = particles.start;
-    let starts = particles.map(|number| {
+    let mut starts = particles.map(|number| {
         let mut rng = rng(number);
         rng.block(FIRST_LIGHT_BLOCK);
         let emission = emit(parts, scene, &mut rng);
@@ -273,7 +273,7 @@ fn trace_photons<P: Photons + PathParts>(
             rng,
         }
     });
-    trace_walks(parts, scene, starts, |event| {
+    trace_walks(parts, scene, &mut starts, |event| {
         let WalkEvent::Hit((number, flux, specular), step, at, _) = event else {
             return Ok(false);
         };
