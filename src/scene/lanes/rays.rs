@@ -5,7 +5,7 @@ use std::fmt;
 use super::{IntersectionScratch, LaneScene};
 use crate::geometry::shape::Ray;
 use crate::math::real::Mask;
-use crate::math::simd::{LANES, Lanes, Wide};
+use crate::math::simd::{LANES, Lanes, Lanes3, Wide};
 use crate::scene::Scene;
 
 /// Intersects packets of N rays with a small scene of triangles.
@@ -42,5 +42,13 @@ impl<'a, R: Wide<N>, const N: usize> PacketIntersector<'a, R, N> {
         self.scene
             .closest(ray, R::Mask::splat(true), &mut self.scratch)
             .t
+    }
+}
+
+impl EightRayIntersector<'_> {
+    /// Returns the same as [`closest`](Self::closest). It is compiled in this crate, with its
+    /// optimisations, where a generic function is compiled in the caller's.
+    pub fn closest_of_eight(&mut self, ray: &Ray<Lanes3>) -> Lanes {
+        self.closest(ray)
     }
 }

@@ -15,18 +15,17 @@ use crate::experiments::prelude::*;
 /// first hits of camera rays in the room.
 pub(super) fn rays(run: &mut Run) -> Result<(), Error> {
     let scene = room::diffuse()?;
-    let bounced = bounced_rays(run, &scene);
-    let light = DVec3::new(4.0, 0.0, 4.99);
-    let shadow: Vec<Ray> = bounced
-        .iter()
-        .map(|ray| Ray::new(ray.origin, light - ray.origin))
-        .collect();
-    query(run, "closest", &bounced, |ray| {
-        black_box(scene.bvh().closest(ray, f64::INFINITY));
+    let bounces = bounces(run, &scene);
+    let light = SurfacePoint {
+        point: DVec3::new(4.0, 0.0, 4.99),
+        normal: DVec3::NEG_Z,
+    };
+    query(run, "closest", &bounces, |bounce| {
+        black_box(scene.bvh().closest(&bounce.ray, f64::INFINITY));
         1
     })?;
-    query(run, "occluded", &shadow, |ray| {
-        black_box(scene.bvh().occluded(ray, 1.0, |_| true));
+    query(run, "occluded", &bounces, |bounce| {
+        black_box(scene.visible(bounce.from, light, false));
         1
     })
 }
@@ -37,12 +36,12 @@ pub(super) fn eight_rays(run: &mut Run) -> Result<(), Error> {
     let Some(mut eight) = EightRayIntersector::new(&scene) else {
         return Ok(());
     };
-    let packets: Vec<Ray<Lanes3>> = bounced_rays(run, &scene)
+    let packets: Vec<Ray<Lanes3>> = bounces(run, &scene)
         .chunks_exact(LANES)
         .map(packet)
         .collect();
     query(run, "eight", &packets, |ray| {
-        black_box(eight.closest(ray));
+        black_box(eight.closest_of_eight(ray));
         LANES
     })
 }
@@ -73,22 +72,34 @@ fn query<R>(
     Ok(())
 }
 
+/// A diffuse bounce.
+struct Bounce {
+    from: SurfacePoint,
+    ray: Ray,
+}
+
 /// Returns diffuse bounces off the first hits of camera rays through random places of the image.
-fn bounced_rays(run: &Run, scene: &Scene) -> Vec<Ray> {
+fn bounces(run: &Run, scene: &Scene) -> Vec<Bounce> {
     let seed = seed_for(run.seed(), "speed rays");
     let bounced = |i| {
         let rng = &mut stream(seed, 0, i);
         let [x, y] = uniform2(rng);
         let hit = scene.intersect(&scene.camera().ray([4, 3], 4.0 * x, 3.0 * y))?;
         let direction = Frame::new(hit.normal).world(cosine_hemisphere(uniform2(rng)));
-        Some(scene.spawn_ray(hit.point, hit.normal, direction))
+        Some(Bounce {
+            from: SurfacePoint {
+                point: hit.point,
+                normal: hit.normal,
+            },
+            ray: scene.spawn_ray(hit.point, hit.normal, direction),
+        })
     };
     (0..1024).filter_map(bounced).collect()
 }
 
-fn packet(rays: &[Ray]) -> Ray<Lanes3> {
+fn packet(bounces: &[Bounce]) -> Ray<Lanes3> {
     Ray::new(
-        Lanes3::from_fn(|i| rays[i].origin),
-        Lanes3::from_fn(|i| rays[i].direction),
+        Lanes3::from_fn(|i| bounces[i].ray.origin),
+        Lanes3::from_fn(|i| bounces[i].ray.direction),
     )
 }
