@@ -15,7 +15,7 @@ use crate::scene::Scene;
 use crate::scene::lanes::{IntersectionScratch, LaneScene};
 
 /// Estimates the radiance along rays, in their order, `N` at a time; each value is the same as for
-/// the ray alone.
+/// the ray alone. Compiled once per sampler, for any iterator.
 pub(crate) fn radiances<E: Integrator, S: Sampler, R: Wide<N>, const N: usize>(
     scene: &Scene,
     estimator: &E,

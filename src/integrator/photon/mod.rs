@@ -271,7 +271,8 @@ impl<P: Photons + PathParts> PhotonMapping<P> {
             .collect()
     }
 
-    /// Estimates the radiance along rays, [`TRACED_TOGETHER`] at a time.
+    /// Estimates the radiance along rays, [`TRACED_TOGETHER`] at a time. Compiled once per sampler,
+    /// for any iterator.
     fn in_parts<R: Sampler>(
         &self,
         scene: &Scene,
