@@ -131,7 +131,7 @@
 //!     silhouettes: false,
 //! };
 //! let mut film = Film::new([32, 32], None, 1)?;
-//! let estimator = Path::new(DefaultParts, Strategy::Mis);
+//! let estimator = Path::new(Strategy::Mis);
 //! render(&cornell()?, &estimator, sampling, &mut film, &(0..4), &|_| true)?;
 //! println!("mean {:.3}, known to {:.1} %", film.mean(), 100.0 * film.relative_error());
 //! # Ok(())

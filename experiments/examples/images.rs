@@ -7,7 +7,7 @@ use whitefurnace::error::Error;
 use whitefurnace::film::Film;
 use whitefurnace::harness::images::{Comparison, Rules, Side, compare};
 use whitefurnace::harness::outcome::Verdict;
-use whitefurnace::integrator::{DefaultParts, Path, Strategy};
+use whitefurnace::integrator::{Path, Strategy};
 use whitefurnace::render::render;
 use whitefurnace::sampling::Sampling;
 use whitefurnace::sampling::pixel::PixelSampling;
@@ -59,8 +59,8 @@ fn on_trial(name: &str, a: &[Vec<f64>], b: &[Vec<f64>]) -> Comparison {
 
 fn main() -> Result<(), Error> {
     // Shadow rays to the lamp, and rays that find it by themselves, weighted against each other.
-    let reference = Path::new(DefaultParts, Strategy::Light);
-    let renderer = Path::new(DefaultParts, Strategy::Mis);
+    let reference = Path::new(Strategy::Light);
+    let renderer = Path::new(Strategy::Mis);
     // The same with at most two reflections: the corners are too dark.
     let wrong = Path {
         bounces: Some(2),

@@ -18,7 +18,7 @@ use trials::metamorphic::{
 };
 use whitefurnace::error::Error;
 use whitefurnace::image::write_atomically;
-use whitefurnace::integrator::DefaultParts;
+use whitefurnace::integrator::Parts;
 use whitefurnace::sampling::rng::seed_for;
 use whitefurnace::suggest::did_you_mean;
 
@@ -295,6 +295,6 @@ fn write_scene(path: &Path, scene: &SceneText, comment: &str) -> Result<(), Erro
 
 /// Checks a case; a panic is a failure.
 fn checked(case: &Case) -> Found {
-    catch_unwind(AssertUnwindSafe(|| case.check(DefaultParts)))
+    catch_unwind(AssertUnwindSafe(|| case.check(Parts::default())))
         .unwrap_or_else(|_| Found::Fails("the program panics".to_owned()))
 }

@@ -8,7 +8,7 @@ use super::direct_light::{ShadowRays, direct_light, light_sampling_pdf};
 use super::particle::{ParticleEvent, camera_pdf_per_particle, connect_to_eye, particles};
 use super::strategies::{Bidirectional, Density, FullPath, PathVertex};
 use super::walk::{PendingWalk, WalkEvent, WalkHit, in_batches, trace_walks};
-use super::{DefaultParts, ImageEstimator, PathParts};
+use super::{ImageEstimator, Parts, PathParts, with_parts};
 use crate::error::Error;
 use crate::film::splat::{SplatBuffer, Splats};
 use crate::geometry::shape::SurfacePoint;
@@ -39,14 +39,14 @@ pub enum Connections {
 /// [`Bidirectional::strategy_weight`] combines them. No particle starts from the background: only
 /// the eye path finds its light.
 #[derive(Clone, Copy, Debug)]
-pub struct Bdpt<P = DefaultParts> {
+pub struct Bdpt<'a> {
     /// Replaceable parts.
-    pub parts: P,
+    pub parts: Parts<'a>,
     /// Strategies that are used.
     pub connections: Connections,
 }
 
-impl<P: PathParts + Bidirectional> ImageEstimator for Bdpt<P> {
+impl ImageEstimator for Bdpt<'_> {
     fn image(
         &self,
         scene: &Scene,
@@ -60,7 +60,14 @@ impl<P: PathParts + Bidirectional> ImageEstimator for Bdpt<P> {
             |(spare, splats), pixels| {
                 let place = |pixel| [pixel % resolution[0], pixel / resolution[0]];
                 let mut pixels = pixels.map(|pixel| (place(pixel), pass.pixel_stream(pixel)));
-                self.pairs(scene, &mut pixels, resolution, splats, spare)?;
+                with_parts!(self.parts, |parts| self.pairs(
+                    parts,
+                    scene,
+                    &mut pixels,
+                    resolution,
+                    splats,
+                    spare
+                ))?;
                 splats.flush()
             },
         )?;
@@ -79,49 +86,48 @@ struct Pair<'a> {
     radiance: DVec3,
 }
 
-impl<P> Bdpt<P> {
+impl<'a> Bdpt<'a> {
     /// Creates a path tracer with these parts and all strategies.
-    pub const fn new(parts: P) -> Self {
+    pub const fn new(parts: Parts<'a>) -> Self {
         Self {
             parts,
             connections: Connections::All,
         }
     }
-}
 
-impl<P: PathParts + Bidirectional> Bdpt<P> {
     /// Traces a particle and a camera ray through a random point of a pixel, and adds their
     /// contributions.
-    pub fn pair<R: Sampler>(
+    pub fn pair(
         &self,
         scene: &Scene,
         pixel: [u32; 2],
         resolution: [u32; 2],
         image: &Splats,
-        rng: R,
+        rng: &mut dyn Sampler,
     ) -> Result<(), Error> {
         let mut splats = image.buffer();
-        self.pairs(
+        with_parts!(self.parts, |parts| self.pairs(
+            parts,
             scene,
             &mut std::iter::once((pixel, rng)),
             resolution,
             &mut splats,
             &mut Vec::new(),
-        )?;
+        ))?;
         splats.flush()
     }
 
     /// Traces a particle and a camera ray for each of several pixels. `spare` holds vertex buffers
     /// for reuse.
-    fn pairs<'a, R: Sampler>(
+    fn pairs<'s, P: PathParts + Bidirectional + ?Sized, R: Sampler>(
         &self,
-        scene: &'a Scene,
+        parts: &P,
+        scene: &'s Scene,
         pixels: &mut dyn Iterator<Item = ([u32; 2], R)>,
         resolution: [u32; 2],
         splats: &mut SplatBuffer<'_>,
-        spare: &mut Vec<Vec<PathVertex<'a>>>,
+        spare: &mut Vec<Vec<PathVertex<'s>>>,
     ) -> Result<(), Error> {
-        let parts = &self.parts;
         let named = |error: Error, [x, y]: [u32; 2]| error.at(|| format!(" at pixel ({x}, {y})"));
         let mut items = pixels.map(|(pixel, rng)| {
             let [light, eye] = [(); 2].map(|()| spare.pop().unwrap_or_default());
@@ -146,6 +152,7 @@ impl<P: PathParts + Bidirectional> Bdpt<P> {
                 match event {
                     ParticleEvent::Vertex(pair, light_vertex) => {
                         return self.by_particle(
+                            parts,
                             scene,
                             light_vertex,
                             &mut pair.light,
@@ -188,7 +195,7 @@ impl<P: PathParts + Bidirectional> Bdpt<P> {
                     origin: eye,
                     camera_pdf: *camera_pdf,
                 };
-                let found = self.found(scene, step, at, path, &mut densities, rng);
+                let found = self.found(parts, scene, step, at, path, &mut densities, rng);
                 pair.radiance += step.throughput * step.factor * found;
                 Ok(true)
             }
@@ -216,23 +223,23 @@ impl<P: PathParts + Bidirectional> Bdpt<P> {
     }
 
     /// Appends a particle's vertex to its light path and connects it to the eye (t = 1).
-    fn by_particle<'a>(
+    fn by_particle<'s, P: PathParts + Bidirectional + ?Sized>(
         &self,
+        parts: &P,
         scene: &Scene,
-        light_vertex: &PathVertex<'a>,
-        light: &mut Vec<PathVertex<'a>>,
+        light_vertex: &PathVertex<'s>,
+        light: &mut Vec<PathVertex<'s>>,
         densities: &mut Vec<Density>,
         resolution: [u32; 2],
         splats: &mut SplatBuffer<'_>,
     ) -> Result<(), Error> {
-        light.push(light_vertex.after(&self.parts, light));
+        light.push(light_vertex.after(parts, light));
         if let [start, next] = &mut light[..] {
             let emitter = start.emitter.map(|emitter| emitter as usize);
-            start.sampling_pdf = emitter.map(|emitter| {
-                light_sampling_pdf(&self.parts, scene, emitter, &start.at, next.at.point)
-            });
+            start.sampling_pdf = emitter
+                .map(|emitter| light_sampling_pdf(parts, scene, emitter, &start.at, next.at.point));
         }
-        if let Some(splat) = connect_to_eye(&self.parts, scene, resolution, light_vertex) {
+        if let Some(splat) = connect_to_eye(parts, scene, resolution, light_vertex) {
             let (origin, camera_pdf) = (scene.camera().eye, splat.camera_pdf);
             let path = FullPath {
                 light,
@@ -242,7 +249,7 @@ impl<P: PathParts + Bidirectional> Bdpt<P> {
             };
             splats.add(
                 splat.pixel,
-                self.weight(scene, path, densities) * splat.value,
+                self.weight(parts, scene, path, densities) * splat.value,
             )?;
         }
         Ok(())
@@ -250,8 +257,9 @@ impl<P: PathParts + Bidirectional> Bdpt<P> {
 
     /// Returns the radiance from a hit of the eye path towards the eye, over all strategies with a
     /// connection here. `path` holds all vertices of both subpaths.
-    fn found<R: Sampler>(
+    fn found<P: PathParts + Bidirectional + ?Sized, R: Sampler>(
         &self,
+        parts: &P,
         scene: &Scene,
         step: &WalkHit<'_>,
         vertex: &Vertex,
@@ -259,11 +267,10 @@ impl<P: PathParts + Bidirectional> Bdpt<P> {
         densities: &mut Vec<Density>,
         rng: &mut R,
     ) -> DVec3 {
-        let parts = &self.parts;
         let mut found = step.emitted(scene);
         if found != DVec3::ZERO {
             let hit = FullPath { light: &[], ..path };
-            found *= self.weight(scene, hit, densities);
+            found *= self.weight(parts, scene, hit, densities);
         }
         let bsdf = step.bsdf;
         if !bsdf.is_non_delta() {
@@ -275,59 +282,34 @@ impl<P: PathParts + Bidirectional> Bdpt<P> {
                 DVec3::ZERO,
                 direct.emitter,
             )];
-            found += direct.reflected * self.weight(scene, FullPath { light, ..path }, densities);
+            found +=
+                direct.reflected * self.weight(parts, scene, FullPath { light, ..path }, densities);
         }
         if self.connections == Connections::Endpoints {
             return found;
         }
         for s in 2..=path.light.len() {
-            let connected = self.connect(scene, bsdf, vertex, &path.light[s - 1]);
+            let connected = connect(parts, scene, bsdf, vertex, &path.light[s - 1]);
             if connected != DVec3::ZERO {
                 let light = &path.light[..s];
-                found += connected * self.weight(scene, FullPath { light, ..path }, densities);
+                found +=
+                    connected * self.weight(parts, scene, FullPath { light, ..path }, densities);
             }
         }
         found
     }
 
-    /// Returns the unweighted radiance that reaches an eye-path vertex from a light-path vertex and
-    /// is reflected towards the eye.
-    #[inline]
-    fn connect(
-        &self,
-        scene: &Scene,
-        bsdf: &Bsdf,
-        vertex: &Vertex,
-        light_vertex: &PathVertex<'_>,
-    ) -> DVec3 {
-        let parts = &self.parts;
-        let (here, there) = (
-            SurfacePoint::new(vertex.point, vertex.frame.z),
-            SurfacePoint::new(light_vertex.at.point, light_vertex.normal()),
-        );
-        let offset = there.point - here.point;
-        let distance_squared = offset.length_squared();
-        let direction = offset * distance_squared.sqrt().recip();
-        let cosine = parts.cosine(here.normal, direction);
-        let cosine_there = parts.cosine(there.normal, -direction);
-        if cosine <= 0.0 || cosine_there <= 0.0 {
-            return DVec3::ZERO;
-        }
-        let outgoing = light_vertex.outgoing_radiance(parts, -direction);
-        let brdf = parts.brdf(bsdf, vertex.wo, vertex.frame.local(direction));
-        let value =
-            outgoing * brdf * cosine * parts.solid_angle_per_area(cosine_there, distance_squared);
-        if value == DVec3::ZERO || !parts.visible(scene, here, there, false) {
-            return DVec3::ZERO;
-        }
-        value
-    }
-
     /// Returns the MIS weight of the strategy that made a path of these two subpaths; `densities`
     /// is a buffer.
     #[inline]
-    fn weight(&self, scene: &Scene, path: FullPath<'_>, densities: &mut Vec<Density>) -> f64 {
-        path.densities(&self.parts, scene, densities);
+    fn weight<P: PathParts + Bidirectional + ?Sized>(
+        &self,
+        parts: &P,
+        scene: &Scene,
+        path: FullPath<'_>,
+        densities: &mut Vec<Density>,
+    ) -> f64 {
+        path.densities(parts, scene, densities);
         if self.connections == Connections::Endpoints
             && let [_, inner @ .., _] = &mut densities[..]
         {
@@ -335,6 +317,38 @@ impl<P: PathParts + Bidirectional> Bdpt<P> {
                 .iter_mut()
                 .for_each(|density| density.connectible = 0.0);
         }
-        self.parts.strategy_weight(densities, path.light.len())
+        parts.strategy_weight(densities, path.light.len())
     }
+}
+
+/// Returns the unweighted radiance that reaches an eye-path vertex from a light-path vertex and
+/// is reflected towards the eye.
+#[inline]
+fn connect<P: PathParts + ?Sized>(
+    parts: &P,
+    scene: &Scene,
+    bsdf: &Bsdf,
+    vertex: &Vertex,
+    light_vertex: &PathVertex<'_>,
+) -> DVec3 {
+    let (here, there) = (
+        SurfacePoint::new(vertex.point, vertex.frame.z),
+        SurfacePoint::new(light_vertex.at.point, light_vertex.normal()),
+    );
+    let offset = there.point - here.point;
+    let distance_squared = offset.length_squared();
+    let direction = offset * distance_squared.sqrt().recip();
+    let cosine = parts.cosine(here.normal, direction);
+    let cosine_there = parts.cosine(there.normal, -direction);
+    if cosine <= 0.0 || cosine_there <= 0.0 {
+        return DVec3::ZERO;
+    }
+    let outgoing = light_vertex.outgoing_radiance(parts, -direction);
+    let brdf = parts.brdf(bsdf, vertex.wo, vertex.frame.local(direction));
+    let value =
+        outgoing * brdf * cosine * parts.solid_angle_per_area(cosine_there, distance_squared);
+    if value == DVec3::ZERO || !parts.visible(scene, here, there, false) {
+        return DVec3::ZERO;
+    }
+    value
 }

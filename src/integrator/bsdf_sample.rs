@@ -50,7 +50,7 @@ impl<R: Wide<N>, const N: usize> SurfaceInteraction<'_, R, N> {
     /// [`Scattering::sample`](crate::material::Scattering::sample). Draws two numbers for a model
     /// with a pdf, three for rough glass, one for glass, none for a mirror.
     #[inline]
-    pub fn sample<P: PathParts, S: LaneSampler<R>>(
+    pub fn sample<P: PathParts + ?Sized, S: LaneSampler<R>>(
         &self,
         parts: &P,
         active: R::Mask,
@@ -69,7 +69,7 @@ impl<R: Wide<N>, const N: usize> SurfaceInteraction<'_, R, N> {
 
     /// Samples a direction at mirrors and glass.
     #[inline]
-    fn sample_specular<P: PathParts, S: LaneSampler<R>>(
+    fn sample_specular<P: PathParts + ?Sized, S: LaneSampler<R>>(
         &self,
         parts: &P,
         active: R::Mask,
@@ -107,7 +107,7 @@ impl<R: Wide<N>, const N: usize> SurfaceInteraction<'_, R, N> {
 
     /// Samples a direction at surfaces whose BSDF is not a Dirac distribution.
     #[inline]
-    fn sample_non_delta<P: PathParts, S: LaneSampler<R>>(
+    fn sample_non_delta<P: PathParts + ?Sized, S: LaneSampler<R>>(
         &self,
         parts: &P,
         sample: &mut BsdfSample<R>,
@@ -156,7 +156,7 @@ impl<R: Wide<N>, const N: usize> SurfaceInteraction<'_, R, N> {
     }
 
     /// Samples lane by lane, as [`sample`](Self::sample), for parts that replace library functions.
-    fn sample_per_lane<P: PathParts, S: LaneSampler<R>>(
+    fn sample_per_lane<P: PathParts + ?Sized, S: LaneSampler<R>>(
         &self,
         parts: &P,
         active: R::Mask,
@@ -211,7 +211,7 @@ impl<R: Wide<N>, const N: usize> SurfaceInteraction<'_, R, N> {
     }
 
     /// Returns both directions, reflected and refracted, at mirrors and glass.
-    pub fn split<P: PathParts>(
+    pub fn split<P: PathParts + ?Sized>(
         &self,
         parts: &P,
         radiance_factor: bool,
@@ -247,7 +247,7 @@ impl<R: Wide<N>, const N: usize> SurfaceInteraction<'_, R, N> {
     /// Samples a direction uniformly over the hemisphere, in world space, and returns its weight,
     /// too.
     #[inline]
-    pub fn sample_uniform<P: PathParts>(
+    pub fn sample_uniform<P: PathParts + ?Sized>(
         &self,
         parts: &P,
         random: [R; 2],
@@ -281,7 +281,7 @@ impl<R: Wide<N>, const N: usize> SurfaceInteraction<'_, R, N> {
 
     /// Returns f_r cos θ / p of a direction.
     #[inline]
-    fn weighted<P: PathParts>(
+    fn weighted<P: PathParts + ?Sized>(
         &self,
         parts: &P,
         wi: R::Vector,

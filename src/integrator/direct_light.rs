@@ -88,7 +88,7 @@ impl<R: Real> LightSample<R> {
 /// Traces one shadow ray from each active lane to a point picked on an emitter.
 #[inline]
 pub(super) fn sample_light<
-    P: PathParts,
+    P: PathParts + ?Sized,
     X: ShadingPoint<R>,
     S: LaneSampler<R>,
     R: Wide<N>,
@@ -108,7 +108,12 @@ pub(super) fn sample_light<
 
 /// Traces shadow rays as [`sample_light`], with given random numbers.
 #[inline]
-pub(super) fn sample_light_by<P: PathParts, X: ShadingPoint<R>, R: Wide<N>, const N: usize>(
+pub(super) fn sample_light_by<
+    P: PathParts + ?Sized,
+    X: ShadingPoint<R>,
+    R: Wide<N>,
+    const N: usize,
+>(
     parts: &P,
     scene: LaneScene<'_, R, N>,
     at: &X,
@@ -133,7 +138,7 @@ pub(super) fn sample_light_by<P: PathParts, X: ShadingPoint<R>, R: Wide<N>, cons
 
 /// Returns the light that arrives from points picked on emitters.
 #[inline]
-fn light_from<P: PathParts, X: ShadingPoint<R>, R: Wide<N>, const N: usize>(
+fn light_from<P: PathParts + ?Sized, X: ShadingPoint<R>, R: Wide<N>, const N: usize>(
     parts: &P,
     scene: LaneScene<'_, R, N>,
     at: &X,
@@ -193,7 +198,7 @@ fn light_from<P: PathParts, X: ShadingPoint<R>, R: Wide<N>, const N: usize>(
 
 /// Traces one shadow ray from each active lane towards the environment map.
 #[inline]
-fn sample_map<P: PathParts, X: ShadingPoint<R>, R: Wide<N>, const N: usize>(
+fn sample_map<P: PathParts + ?Sized, X: ShadingPoint<R>, R: Wide<N>, const N: usize>(
     parts: &P,
     scene: &Scene,
     map: &EnvironmentMap,
@@ -248,7 +253,7 @@ fn sample_map<P: PathParts, X: ShadingPoint<R>, R: Wide<N>, const N: usize>(
 /// which is picked at random.
 #[inline]
 pub(super) fn sample_light_or_map<
-    P: PathParts,
+    P: PathParts + ?Sized,
     X: ShadingPoint<R>,
     S: LaneSampler<R>,
     R: Wide<N>,
@@ -293,7 +298,7 @@ pub(super) struct DirectLight {
 
 /// Traces one shadow ray as [`sample_light`], from a single surface; `None` if nothing arrives.
 #[inline]
-pub(super) fn direct_light<P: PathParts, R: Sampler>(
+pub(super) fn direct_light<P: PathParts + ?Sized, R: Sampler + ?Sized>(
     parts: &P,
     scene: &Scene,
     bsdf: &Bsdf,
@@ -335,7 +340,7 @@ pub(super) fn direct_light<P: PathParts, R: Sampler>(
 /// Returns the pdf, with respect to area, with which [`direct_light`] at a point picks a point on
 /// the emitter with this index; 0 from behind.
 #[inline]
-pub(super) fn light_sampling_pdf<P: PathParts>(
+pub(super) fn light_sampling_pdf<P: PathParts + ?Sized>(
     parts: &P,
     scene: &Scene,
     index: usize,

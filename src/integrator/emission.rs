@@ -24,7 +24,7 @@ pub(super) struct Emission {
 /// Emits one particle: picks an emitter, a point on it and a cosine-weighted direction. `None` if
 /// there are no emitters or the particle carries nothing.
 #[inline]
-pub(super) fn emit<P: NextEvent + Scattering, R: Sampler>(
+pub(super) fn emit<P: NextEvent + Scattering + ?Sized, R: Sampler>(
     parts: &P,
     scene: &Scene,
     rng: &mut R,
@@ -35,7 +35,7 @@ pub(super) fn emit<P: NextEvent + Scattering, R: Sampler>(
 
 /// Emits one particle from a point that [`pick_point`] returned.
 #[inline]
-pub(super) fn emit_from<P: NextEvent + Scattering, R: Sampler>(
+pub(super) fn emit_from<P: NextEvent + Scattering + ?Sized, R: Sampler>(
     parts: &P,
     scene: &Scene,
     index: usize,

@@ -26,17 +26,17 @@ pub(crate) trait ShadingPoint<R: Real> {
     /// Returns the points, normals and offsets from which shadow rays start.
     fn ray_origin(&self) -> RayOrigin<R::Vector>;
     /// Evaluates f_r in the active lanes, 1/sr.
-    fn brdf<P: PathParts>(&self, parts: &P, wi: R::Vector, active: R::Mask) -> R::Vector;
+    fn brdf<P: PathParts + ?Sized>(&self, parts: &P, wi: R::Vector, active: R::Mask) -> R::Vector;
     /// Returns the lanes whose surface is rough glass.
     fn rough_glass(&self) -> R::Mask;
     /// Returns the radiance factor of refraction at rough glass in a lane, for light from the local
     /// direction `wi`.
-    fn radiance_factor<P: PathParts>(&self, parts: &P, wi: DVec3, lane: usize) -> f64;
+    fn radiance_factor<P: PathParts + ?Sized>(&self, parts: &P, wi: DVec3, lane: usize) -> f64;
 
     /// Returns the cosine between the normal and a direction towards light. Rough glass also
     /// accepts light from behind.
     #[inline]
-    fn cosine<P: PathParts>(&self, parts: &P, direction: R::Vector, active: R::Mask) -> R {
+    fn cosine<P: PathParts + ?Sized>(&self, parts: &P, direction: R::Vector, active: R::Mask) -> R {
         let (normal, rough_glass) = (self.vertex().frame.z, self.rough_glass());
         if !rough_glass.any() {
             return parts.lanes_cosine(normal, direction, active);
@@ -48,7 +48,7 @@ pub(crate) trait ShadingPoint<R: Real> {
     /// Converts light from `wi` to radiance on the side of the ray: refraction at rough glass
     /// scales it.
     #[inline]
-    fn to_radiance<P: PathParts>(
+    fn to_radiance<P: PathParts + ?Sized>(
         &self,
         parts: &P,
         light: R::Vector,
@@ -82,7 +82,7 @@ impl ShadingPoint<f64> for ScalarShadingPoint<'_> {
             .ray_origin(self.vertex.point, self.vertex.frame.z)
     }
     #[inline]
-    fn brdf<P: PathParts>(&self, parts: &P, wi: DVec3, active: bool) -> DVec3 {
+    fn brdf<P: PathParts + ?Sized>(&self, parts: &P, wi: DVec3, active: bool) -> DVec3 {
         if active {
             parts.brdf(self.bsdf, self.vertex.wo, wi)
         } else {
@@ -94,7 +94,7 @@ impl ShadingPoint<f64> for ScalarShadingPoint<'_> {
         self.bsdf.is_rough_glass()
     }
     #[inline]
-    fn radiance_factor<P: PathParts>(&self, parts: &P, wi: DVec3, _: usize) -> f64 {
+    fn radiance_factor<P: PathParts + ?Sized>(&self, parts: &P, wi: DVec3, _: usize) -> f64 {
         parts.radiance_factor_from(&self.bsdf.oriented(self.vertex.outside), wi)
     }
 }
@@ -143,7 +143,7 @@ impl<R: Wide<N>, const N: usize> ShadingPoint<R> for SurfaceInteraction<'_, R, N
     }
 
     #[inline]
-    fn brdf<P: PathParts>(&self, parts: &P, wi: R::Vector, active: R::Mask) -> R::Vector {
+    fn brdf<P: PathParts + ?Sized>(&self, parts: &P, wi: R::Vector, active: R::Mask) -> R::Vector {
         let (zero, wo) = (R::splat(0.0), self.vertex.wo);
         if !parts.is_default() {
             return vectors(active, |i| {
@@ -179,7 +179,7 @@ impl<R: Wide<N>, const N: usize> ShadingPoint<R> for SurfaceInteraction<'_, R, N
     }
 
     #[inline]
-    fn radiance_factor<P: PathParts>(&self, parts: &P, wi: DVec3, lane: usize) -> f64 {
+    fn radiance_factor<P: PathParts + ?Sized>(&self, parts: &P, wi: DVec3, lane: usize) -> f64 {
         parts.radiance_factor_from(&self.bsdf(lane), wi)
     }
 }
@@ -365,7 +365,7 @@ impl<'a, R: Wide<N>, const N: usize> SurfaceInteraction<'a, R, N> {
     /// Returns the pdf of sampled directions with respect to solid angle in the active lanes; 0 for
     /// mirrors and glass.
     #[inline]
-    pub fn pdf<P: PathParts>(&self, parts: &P, wi: R::Vector, active: R::Mask) -> R {
+    pub fn pdf<P: PathParts + ?Sized>(&self, parts: &P, wi: R::Vector, active: R::Mask) -> R {
         let pdf = |i: usize| parts.pdf(&self.bsdf(i), self.vertex.wo.lane(i), wi.lane(i));
         if !parts.is_default() {
             return R::from_lanes(|i| if active.lane(i) { pdf(i) } else { 0.0 });

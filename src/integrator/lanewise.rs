@@ -286,7 +286,7 @@ pub(crate) trait Lanewise: PathParts {
     }
 }
 
-impl<P: PathParts> Lanewise for P {}
+impl<P: PathParts + ?Sized> Lanewise for P {}
 
 /// Largest number of lanes.
 const MAX_LANES: usize = crate::math::simd::SINGLES;
@@ -315,7 +315,7 @@ pub(crate) fn vectors<V: Vector>(
 /// In which of the `active` lanes two surface points with unit normals see each other, as
 /// [`NextEvent::visible`](super::NextEvent::visible).
 #[inline]
-pub(super) fn visible<P: PathParts, R: Wide<N>, const N: usize>(
+pub(super) fn visible<P: PathParts + ?Sized, R: Wide<N>, const N: usize>(
     parts: &P,
     scene: LaneScene<'_, R, N>,
     x: &RayOrigin<R::Vector>,

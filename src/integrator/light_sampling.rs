@@ -53,7 +53,7 @@ impl<R: Real> LightNumbers<R> {
 /// Picks an emitter by flux and samples a point on it; returns its index and the point, `None`
 /// without emitters.
 #[inline]
-pub(super) fn pick_point<P: NextEvent, R: Sampler>(
+pub(super) fn pick_point<P: NextEvent + ?Sized, R: Sampler>(
     parts: &P,
     scene: &Scene,
     rng: &mut R,
@@ -71,7 +71,7 @@ pub(super) fn pick_point<P: NextEvent, R: Sampler>(
 /// Returns the pdf, with respect to area, of a point that [`pick_point`] returns on the emitter
 /// with this index.
 #[inline]
-pub(super) fn point_pdf<P: NextEvent>(parts: &P, scene: &Scene, index: usize) -> f64 {
+pub(super) fn point_pdf<P: NextEvent + ?Sized>(parts: &P, scene: &Scene, index: usize) -> f64 {
     parts.pdf_of_pick(
         parts.emitter_pdf_area(&scene.emitters()[index]),
         scene.power_light_sampler().probability(index),
@@ -81,7 +81,7 @@ pub(super) fn point_pdf<P: NextEvent>(parts: &P, scene: &Scene, index: usize) ->
 /// Picks an emitter for a shadow ray from a point, by `lights`; returns its index and the
 /// probability of picking it.
 #[inline]
-fn pick_from<P: NextEvent>(
+fn pick_from<P: NextEvent + ?Sized>(
     parts: &P,
     scene: &Scene,
     lights: LightSampling,
@@ -102,7 +102,7 @@ fn pick_from<P: NextEvent>(
 
 /// Returns the probability with which [`pick_from`] picks the emitter with this index.
 #[inline]
-fn probability_from<P: NextEvent>(
+fn probability_from<P: NextEvent + ?Sized>(
     parts: &P,
     scene: &Scene,
     lights: LightSampling,
@@ -122,7 +122,7 @@ fn probability_from<P: NextEvent>(
 /// Picks emitters for shadow rays from the points of the active lanes; returns their indices and
 /// probabilities.
 #[inline]
-fn pick_emitters<P: PathParts, R: Wide<N>, const N: usize>(
+fn pick_emitters<P: PathParts + ?Sized, R: Wide<N>, const N: usize>(
     parts: &P,
     scene: &Scene,
     lights: LightSampling,
@@ -148,7 +148,7 @@ fn pick_emitters<P: PathParts, R: Wide<N>, const N: usize>(
 
 /// Returns the probabilities with which [`pick_emitters`] picks these emitters.
 #[inline]
-fn probability_of_pick<P: PathParts, R: Wide<N>, const N: usize>(
+fn probability_of_pick<P: PathParts + ?Sized, R: Wide<N>, const N: usize>(
     parts: &P,
     scene: &Scene,
     lights: LightSampling,
@@ -186,7 +186,7 @@ impl<R: Wide<N>, const N: usize> PickedLight<R, N> {
     /// Picks emitters and points with these numbers, for shadow rays from the points of the active
     /// lanes.
     #[inline]
-    pub fn new<P: PathParts>(
+    pub fn new<P: PathParts + ?Sized>(
         parts: &P,
         scene: &Scene,
         lights: LightSampling,
@@ -227,7 +227,7 @@ pub(super) struct PickedPoint<R: Real> {
 impl<R: Real> PickedPoint<R> {
     /// Samples a point on the given emitter in each active lane, for a shadow ray from `from`.
     #[inline]
-    pub fn new<P: PathParts, const N: usize>(
+    pub fn new<P: PathParts + ?Sized, const N: usize>(
         parts: &P,
         emitters: &[Emitter],
         lights: LightSampling,
@@ -282,7 +282,7 @@ impl<R: Real> PickedPoint<R> {
     /// Returns the pdfs of the points with respect to solid angle, given cosines at the emitters
     /// and squared distances.
     #[inline]
-    pub fn pdf<P: PathParts>(
+    pub fn pdf<P: PathParts + ?Sized>(
         &self,
         parts: &P,
         cosine: R,
@@ -308,7 +308,7 @@ pub(super) struct LightView<R, const N: usize> {
 /// Returns the pdfs, with respect to solid angle, with which
 /// [`sample_light`](super::direct_light::sample_light) at `from` picks these points.
 #[inline]
-pub(super) fn light_pdf<P: PathParts, R: Wide<N>, const N: usize>(
+pub(super) fn light_pdf<P: PathParts + ?Sized, R: Wide<N>, const N: usize>(
     parts: &P,
     scene: &Scene,
     lights: LightSampling,

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::particle::{ParticleEvent, connect_to_eye, particles};
 use super::walk::in_batches;
-use super::{Bidirectional, DefaultParts, ImageEstimator, PathParts};
+use super::{Bidirectional, ImageEstimator, Parts, PathParts, with_parts};
 use crate::error::Error;
 use crate::film::splat::Splats;
 use crate::sampling::sampler::ImagePass;
@@ -16,14 +16,27 @@ use crate::scene::Scene;
 /// reaches the eye directly or after any scattering whose last surface is diffuse; light that the
 /// eye sees in mirrors or through glass and light of the background are missing.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct LightTracer<P = DefaultParts> {
+pub struct LightTracer<'a> {
     /// Replaceable parts.
-    pub parts: P,
+    pub parts: Parts<'a>,
 }
 
-impl<P: PathParts + Bidirectional> ImageEstimator for LightTracer<P> {
+impl ImageEstimator for LightTracer<'_> {
     fn image(
         &self,
+        scene: &Scene,
+        resolution: [u32; 2],
+        pass: ImagePass,
+    ) -> Result<Vec<DVec3>, Error> {
+        with_parts!(self.parts, |parts| Self::image_with(
+            parts, scene, resolution, pass
+        ))
+    }
+}
+
+impl LightTracer<'_> {
+    fn image_with<P: PathParts + Bidirectional + ?Sized>(
+        parts: &P,
         scene: &Scene,
         resolution: [u32; 2],
         pass: ImagePass,
@@ -37,9 +50,9 @@ impl<P: PathParts + Bidirectional> ImageEstimator for LightTracer<P> {
                 let named = |error: Error, number: &u32| {
                     error.at(|| format!(" by particle {number} of pass {}", pass.index))
                 };
-                particles(&self.parts, scene, &mut items, named, |event| match event {
+                particles(parts, scene, &mut items, named, |event| match event {
                     ParticleEvent::Vertex(_, vertex) => {
-                        match connect_to_eye(&self.parts, scene, resolution, vertex) {
+                        match connect_to_eye(parts, scene, resolution, vertex) {
                             Some(splat) => splats.add(splat.pixel, splat.value),
                             None => Ok(()),
                         }

@@ -4,7 +4,7 @@
 //! the code that it serves ([`Scattering`], [`Roulette`], [`NextEvent`], [`Photons`],
 //! [`Bidirectional`], [`FiniteElements`]), whose default is the library's own function.
 //! [`DefaultParts`] overrides nothing and is what programs run; a trial injects a fault by
-//! overriding one method. All calls are dispatched statically.
+//! [replacing](Parts::replaced) one method.
 
 mod bdpt;
 mod bsdf_sample;
@@ -16,6 +16,7 @@ mod light_sampling;
 mod light_tracer;
 mod next_event;
 mod particle;
+mod parts;
 mod path;
 mod path_state;
 pub mod photon;
@@ -38,6 +39,8 @@ pub(crate) use interaction::{ScalarShadingPoint, ShadingPoint, SurfaceInteractio
 pub(crate) use lanewise::{Lanewise, vectors};
 pub use light_tracer::LightTracer;
 pub use next_event::NextEvent;
+pub(crate) use parts::with_parts;
+pub use parts::{Parts, Replacement};
 pub use path::Path;
 pub(crate) use path_state::{Arrival, Integrator, PathState};
 pub use photon::photon_map::Photons;
@@ -59,7 +62,7 @@ pub use crate::material::DefaultParts;
 use crate::material::Scattering;
 use crate::math::simd::{LANES, Lanes};
 use crate::sampling::roulette::Roulette;
-use crate::sampling::sampler::{ImagePass, Sampler};
+use crate::sampling::sampler::{ImagePass, SampleStream, Sampler};
 use crate::scene::Scene;
 
 /// Maximum number of vertices of a path without a bounce limit. Where survival is at most
@@ -72,24 +75,17 @@ pub const MAX_PATH_VERTICES: u32 = 1 << 13;
 pub trait Estimator: Sync {
     /// Returns one estimate of the radiance that arrives at `ray.origin` from `ray.direction` (a
     /// unit vector), where `hit` is the result of [`Scene::intersect`] for the ray.
-    fn radiance<R: Sampler>(
-        &self,
-        scene: &Scene,
-        ray: &Ray,
-        hit: Option<Hit>,
-        rng: &mut R,
-    ) -> DVec3;
+    fn radiance(&self, scene: &Scene, ray: &Ray, hit: Option<Hit>, rng: &mut dyn Sampler) -> DVec3;
 
-    /// Approximate number of samples per call at which [`radiances`](Self::radiances) is fastest.
-    const BATCH_SIZE: u32 = 256;
+    /// Returns the approximate number of samples per call at which [`radiances`](Self::radiances)
+    /// is fastest.
+    fn batch_size(&self) -> u32 {
+        256
+    }
 
     /// Estimates the radiance along several rays, in their order. Each estimate is the same as for
     /// the ray alone; rays may be traced in any order.
-    fn radiances<R: Sampler>(
-        &self,
-        scene: &Scene,
-        samples: impl Iterator<Item = Sample<R>>,
-    ) -> Vec<DVec3> {
+    fn radiances(&self, scene: &Scene, samples: &mut dyn Iterator<Item = Sample>) -> Vec<DVec3> {
         samples
             .map(|Sample { ray, hit, mut rng }| self.radiance(scene, &ray, hit, &mut rng))
             .collect()
@@ -104,13 +100,13 @@ pub trait Estimator: Sync {
 
 /// A ray along which radiance is estimated.
 #[derive(Clone, Debug)]
-pub struct Sample<R> {
+pub struct Sample {
     /// Ray with a unit direction.
     pub ray: Ray,
     /// Result of [`Scene::intersect`] for the ray.
     pub hit: Option<Hit>,
     /// Random numbers of the sample.
-    pub rng: R,
+    pub rng: SampleStream,
 }
 
 /// An estimator of a whole image, for methods in which one path contributes to many pixels.
@@ -153,7 +149,7 @@ impl FiniteElements for DefaultParts {}
 /// Parts of a random walk.
 pub trait PathParts: Scattering + Roulette + NextEvent {}
 
-impl<P: Scattering + Roulette + NextEvent> PathParts for P {}
+impl<P: Scattering + Roulette + NextEvent + ?Sized> PathParts for P {}
 
 /// Rules of a convention for which light is transported and shown.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -196,21 +192,39 @@ impl TransportRules {
     }
 }
 
-impl<E: Integrator> Estimator for E {
-    fn radiance<S: Sampler>(&self, scene: &Scene, ray: &Ray, _: Option<Hit>, rng: &mut S) -> DVec3 {
-        radiances::<E, &mut S, f64, 1>(scene, self, &mut std::iter::once((*ray, rng)))[0]
-    }
+// Not for all integrators at once: such code would be compiled where it is used.
+macro_rules! estimators {
+    ($($name:ident),*) => {$(
+        impl Estimator for $name<'_> {
+            fn radiance(
+                &self,
+                scene: &Scene,
+                ray: &Ray,
+                _: Option<Hit>,
+                rng: &mut dyn Sampler,
+            ) -> DVec3 {
+                let rays = &mut std::iter::once((*ray, rng));
+                with_parts!(self.parts, |parts| {
+                    radiances::<_, _, _, f64, 1>(scene, self, parts, rays)[0]
+                })
+            }
 
-    fn radiances<S: Sampler>(
-        &self,
-        scene: &Scene,
-        samples: impl Iterator<Item = Sample<S>>,
-    ) -> Vec<DVec3> {
-        let mut rays = samples.map(|Sample { ray, rng, .. }| (ray, rng));
-        radiances::<E, S, Lanes, LANES>(scene, self, &mut rays)
-    }
+            fn radiances(
+                &self,
+                scene: &Scene,
+                samples: &mut dyn Iterator<Item = Sample>,
+            ) -> Vec<DVec3> {
+                let rays = &mut samples.map(|Sample { ray, rng, .. }| (ray, rng));
+                with_parts!(self.parts, |parts| {
+                    radiances::<_, _, _, Lanes, LANES>(scene, self, parts, rays)
+                })
+            }
 
-    fn sees_in_mirrors(&self) -> bool {
-        Integrator::sees_in_mirrors(self)
-    }
+            fn sees_in_mirrors(&self) -> bool {
+                Integrator::sees_in_mirrors(self)
+            }
+        }
+    )*};
 }
+
+estimators!(Path, Report, Whitted);

@@ -23,7 +23,7 @@ pub(super) enum ParticleEvent<'m, 'a, T, R> {
 
 /// Traces a particle from the emitters for each item, and reports all of its vertices to
 /// `on_event`. `named` adds the item to an error.
-pub(super) fn particles<'a, P: PathParts + Bidirectional, T, R: Sampler>(
+pub(super) fn particles<'a, P: PathParts + Bidirectional + ?Sized, T, R: Sampler>(
     parts: &P,
     scene: &'a Scene,
     items: &mut dyn Iterator<Item = (T, R)>,
@@ -91,7 +91,7 @@ pub(super) struct Splat {
 
 /// Connects a vertex to the eye; `None` if it contributes nothing.
 #[inline]
-pub(super) fn connect_to_eye<P: PathParts + Bidirectional>(
+pub(super) fn connect_to_eye<P: PathParts + Bidirectional + ?Sized>(
     parts: &P,
     scene: &Scene,
     resolution: [u32; 2],
@@ -123,7 +123,7 @@ pub(super) fn connect_to_eye<P: PathParts + Bidirectional>(
 
 /// Returns W(ω) of a pixel divided by the number of particles, which is that of pixels.
 #[inline]
-pub(super) fn camera_pdf_per_particle<P: Bidirectional>(
+pub(super) fn camera_pdf_per_particle<P: Bidirectional + ?Sized>(
     parts: &P,
     scene: &Scene,
     resolution: [u32; 2],

@@ -10,7 +10,7 @@ use super::lanewise::{Lanewise, numbers};
 use super::light_sampling::{LightNumbers, LightView, light_pdf};
 use super::specular_nee::{LightHit, SpecularShadowRay, specular_light};
 use super::{
-    Arrival, DefaultParts, Integrator, MAX_PATH_VERTICES, PathParts, PathState, ShadingPoint as _,
+    Arrival, Integrator, MAX_PATH_VERTICES, Parts, PathParts, PathState, ShadingPoint as _,
     SurfaceInteraction,
 };
 use crate::light::emitter::LightSampling;
@@ -28,9 +28,9 @@ use crate::scene::lanes::{IntersectionScratch, LaneScene};
 /// It is unbiased in exact arithmetic where no surfaces coincide. Trials show agreement with closed
 /// forms and with other estimators on their scenes, to within the δ that each states.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Path<P = DefaultParts> {
+pub struct Path<'a> {
     /// Replaceable parts.
-    pub parts: P,
+    pub parts: Parts<'a>,
     /// Strategy for direct light.
     pub strategy: Strategy,
     /// Sampling of points by shadow rays.
@@ -49,14 +49,14 @@ pub struct Path<P = DefaultParts> {
     pub bounces: Option<u32>,
 }
 
-impl<P> Path<P> {
+impl<'a> Path<'a> {
     /// Creates the textbook configuration: points uniform in area, balance heuristic, no early
     /// hits, no specular next-event estimation, no bounce limit. [`Path::default()`](Default) is
     /// that of the default strategy. The program `render` has other defaults, which
     /// `experiments/src/render/defaults.rs` lists.
-    pub fn new(parts: P, strategy: Strategy) -> Self {
+    pub fn new(strategy: Strategy) -> Self {
         Self {
-            parts,
+            parts: Parts::default(),
             strategy,
             lights: LightSampling::default(),
             heuristic: Heuristic::default(),
@@ -67,20 +67,10 @@ impl<P> Path<P> {
     }
 
     /// Returns this configuration with other parts.
-    pub fn with_parts<Q>(self, parts: Q) -> Path<Q> {
-        Path {
-            parts,
-            strategy: self.strategy,
-            lights: self.lights,
-            heuristic: self.heuristic,
-            rr_depth: self.rr_depth,
-            specular_nee: self.specular_nee,
-            bounces: self.bounces,
-        }
+    pub const fn with_parts(self, parts: Parts<'a>) -> Self {
+        Self { parts, ..self }
     }
-}
 
-impl<P: PathParts> Path<P> {
     /// Returns whether specular next-event estimation is used in a scene.
     #[inline]
     fn uses_casters(&self, scene: &Scene) -> bool {
@@ -94,23 +84,28 @@ impl<P: PathParts> Path<P> {
     /// Returns the MIS weight of samples with pdf `pdf` that the other strategy finds with pdf
     /// `other`.
     #[inline]
-    fn weight<R: Real>(&self, pdf: R, other: R, active: R::Mask) -> R {
-        self.parts
-            .lanes_mis_weight(self.heuristic, pdf, other, active)
+    fn weight<P: PathParts + ?Sized, R: Real>(
+        &self,
+        parts: &P,
+        pdf: R,
+        other: R,
+        active: R::Mask,
+    ) -> R {
+        parts.lanes_mis_weight(self.heuristic, pdf, other, active)
     }
 
     /// Returns the MIS weights of emitters that the active paths have hit. If the ray's direction
     /// has a pdf, a shadow ray could have found the same light; if the ray comes from a specular
     /// caster, a specular connection could have.
     #[inline]
-    fn hit_weight<R: Wide<N>, const N: usize>(
+    fn hit_weight<P: PathParts + ?Sized, R: Wide<N>, const N: usize>(
         &self,
+        parts: &P,
         scene: LaneScene<'_, R, N>,
         paths: &PathState<R, N>,
         surface: &SurfaceInteraction<'_, R, N>,
         active: R::Mask,
     ) -> R {
-        let parts = &self.parts;
         let cosine = parts.lanes_cosine(surface.normal, -paths.ray.direction, active);
         let emitter = from_fn(|i| surface.emitter(i).map_or(0, |emitter| emitter as usize));
         let none = R::Mask::splat(false);
@@ -154,18 +149,27 @@ impl<P: PathParts> Path<P> {
             if scene.scene.background().map().is_some() {
                 other = other * (1.0 - parts.map_probability(scene.scene.emitters().len()));
             }
-            weight = R::select(weighted, self.weight(paths.pdf, other, weighted), weight);
+            weight = R::select(
+                weighted,
+                self.weight(parts, paths.pdf, other, weighted),
+                weight,
+            );
         }
         if past.any() {
-            weight = R::select(past, self.weight(chain_pdf, chain_other, past), weight);
+            weight = R::select(
+                past,
+                self.weight(parts, chain_pdf, chain_other, past),
+                weight,
+            );
         }
         weight
     }
 
     /// Returns weighted direct light at non-delta surfaces, found by shadow rays.
     #[inline]
-    fn direct_light<S: LaneSampler<R>, R: Wide<N>, const N: usize>(
+    fn direct_light<P: PathParts + ?Sized, S: LaneSampler<R>, R: Wide<N>, const N: usize>(
         &self,
+        parts: &P,
         scene: LaneScene<'_, R, N>,
         surface: &SurfaceInteraction<'_, R, N>,
         remaining_bounces: Option<[Option<u32>; N]>,
@@ -173,7 +177,6 @@ impl<P: PathParts> Path<P> {
         random: &mut S,
         scratch: &mut IntersectionScratch<R, N>,
     ) -> R::Vector {
-        let parts = &self.parts;
         let shadow_rays = ShadowRays {
             lights: self.lights,
             pass_glass: false,
@@ -182,6 +185,7 @@ impl<P: PathParts> Path<P> {
         let weighted = |light: LightSample<R>| {
             let weight = if self.strategy == Strategy::Mis {
                 self.weight(
+                    parts,
                     light.pdf,
                     surface.pdf(parts, light.wi, light.arrives),
                     light.arrives,
@@ -222,7 +226,7 @@ impl<P: PathParts> Path<P> {
             light: &numbers,
             remaining_bounces,
         };
-        let weight = |pdf, other, active| self.weight(pdf, other, active);
+        let weight = |pdf, other, active| self.weight(parts, pdf, other, active);
         reflected
             + specular_light(
                 parts, scene, surface, shadow_ray, weight, by_casters, scratch,
@@ -230,9 +234,10 @@ impl<P: PathParts> Path<P> {
     }
 }
 
-impl<P: PathParts> Integrator for Path<P> {
-    fn interact<S: LaneSampler<R>, R: Wide<N>, const N: usize>(
+impl Integrator for Path<'_> {
+    fn interact<P: PathParts + ?Sized, S: LaneSampler<R>, R: Wide<N>, const N: usize>(
         &self,
+        parts: &P,
         arrival: Arrival<'_, S, R, N>,
     ) -> R::Mask {
         let Arrival {
@@ -243,7 +248,6 @@ impl<P: PathParts> Integrator for Path<P> {
             random,
             scratch,
         } = arrival;
-        let parts = &self.parts;
         random.start_blocks(active, &paths.hits);
         // A path that will not end is an error and never truncated.
         let endless = active & R::Mask::from_fn(|i| paths.hits[i] > MAX_PATH_VERTICES);
@@ -256,7 +260,7 @@ impl<P: PathParts> Integrator for Path<P> {
         // L_e of (8): an emitter that the path has hit.
         let emits = active & surface.emits;
         if emits.any() {
-            let weight = self.hit_weight(scene, paths, surface, emits);
+            let weight = self.hit_weight(parts, scene, paths, surface, emits);
             let added = paths.radiance + throughput * (paths.factor * weight) * surface.emitted();
             paths.radiance = Vector::select(emits, added, paths.radiance);
         }
@@ -273,8 +277,15 @@ impl<P: PathParts> Integrator for Path<P> {
         // f_r L_e cos θ / p of (8): light that shadow rays find.
         if self.strategy != Strategy::Bsdf {
             let asking = within & surface.non_delta;
-            let reflected =
-                self.direct_light(scene, surface, remaining_bounces, asking, random, scratch);
+            let reflected = self.direct_light(
+                parts,
+                scene,
+                surface,
+                remaining_bounces,
+                asking,
+                random,
+                scratch,
+            );
             let added = paths.radiance + throughput * paths.factor * reflected;
             paths.radiance = Vector::select(scatters, added, paths.radiance);
         }
@@ -301,13 +312,14 @@ impl<P: PathParts> Integrator for Path<P> {
 
     /// Adds background radiance, weighted where a shadow ray could have sampled its map.
     #[inline]
-    fn escape<R: Wide<N>, const N: usize>(
+    fn escape<P: PathParts + ?Sized, R: Wide<N>, const N: usize>(
         &self,
+        parts: &P,
         scene: &Scene,
         paths: &mut PathState<R, N>,
         leaving: R::Mask,
     ) {
-        let (parts, one) = (&self.parts, R::splat(1.0));
+        let one = R::splat(1.0);
         let Some(map) = scene.background().map().filter(|_| leaving.any()) else {
             return paths.add_background(scene, one, leaving);
         };
@@ -324,7 +336,11 @@ impl<P: PathParts> Integrator for Path<P> {
             share * parts.map_pdf(map, paths.ray.direction.lane(i))
         });
         let weight = R::select(counts, one, R::splat(0.0));
-        let weight = R::select(weighted, self.weight(paths.pdf, other, weighted), weight);
+        let weight = R::select(
+            weighted,
+            self.weight(parts, paths.pdf, other, weighted),
+            weight,
+        );
         paths.add_background(scene, weight, leaving);
     }
 

@@ -4,8 +4,8 @@ use std::array::from_fn;
 
 use glam::DVec3;
 
-use super::SpecularChains;
 use super::interaction::SurfaceInteraction;
+use super::{PathParts, SpecularChains};
 use crate::geometry::shape::Ray;
 use crate::math::real::{Mask, Vector};
 use crate::math::simd::{Wide, lanes_of};
@@ -27,8 +27,9 @@ pub(crate) struct Arrival<'a, S, R: Wide<N>, const N: usize> {
 pub(crate) trait Integrator: Sync {
     /// Adds to the radiance of the paths that have arrived, sends those that continue, and returns
     /// their lanes.
-    fn interact<S: LaneSampler<R>, R: Wide<N>, const N: usize>(
+    fn interact<P: PathParts + ?Sized, S: LaneSampler<R>, R: Wide<N>, const N: usize>(
         &self,
+        parts: &P,
         arrival: Arrival<'_, S, R, N>,
     ) -> R::Mask;
 
@@ -39,8 +40,9 @@ pub(crate) trait Integrator: Sync {
 
     /// Adds background radiance to the paths that leave the scene.
     #[inline]
-    fn escape<R: Wide<N>, const N: usize>(
+    fn escape<P: PathParts + ?Sized, R: Wide<N>, const N: usize>(
         &self,
+        _parts: &P,
         scene: &Scene,
         paths: &mut PathState<R, N>,
         leaving: R::Mask,

@@ -48,13 +48,7 @@ impl Default for Quirks {
 const SEGMENTS: u32 = 7;
 
 impl Estimator for Published {
-    fn radiance<R: Sampler>(
-        &self,
-        scene: &Scene,
-        ray: &Ray,
-        hit: Option<Hit>,
-        rng: &mut R,
-    ) -> DVec3 {
+    fn radiance(&self, scene: &Scene, ray: &Ray, hit: Option<Hit>, rng: &mut dyn Sampler) -> DVec3 {
         let parts = DefaultParts;
         let shadow_rays = TransportRules::REPORT.shadow_rays();
         let quirks = self.quirks;

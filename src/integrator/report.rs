@@ -8,16 +8,16 @@
 
 use super::direct_light::sample_light;
 use super::lanewise::Lanewise;
-use super::{Arrival, DefaultParts, Integrator, PathParts, Strategy, TransportRules};
+use super::{Arrival, Integrator, Parts, PathParts, Strategy, TransportRules};
 use crate::math::real::{Mask, Vector};
 use crate::math::simd::Wide;
 use crate::sampling::lanes::LaneSampler;
 
 /// The report's estimator. Its limit on segments is a bias, [`crate::equation::PATH_LENGTH`].
 #[derive(Clone, Copy, Debug)]
-pub struct Report<P = DefaultParts> {
+pub struct Report<'a> {
     /// Replaceable parts.
-    pub parts: P,
+    pub parts: Parts<'a>,
     /// N of (16): sample rays per diffuse hit; with 0 there is direct light alone.
     pub rays: u32,
     /// Maximum number of ray segments from the eye, whatever the kind of bounce.
@@ -26,10 +26,10 @@ pub struct Report<P = DefaultParts> {
     pub rules: TransportRules,
 }
 
-impl Default for Report {
+impl Default for Report<'_> {
     fn default() -> Self {
         Self {
-            parts: DefaultParts,
+            parts: Parts::default(),
             rays: 1,
             segments: 7,
             rules: TransportRules::REPORT,
@@ -37,9 +37,10 @@ impl Default for Report {
     }
 }
 
-impl<P: PathParts> Integrator for Report<P> {
-    fn interact<S: LaneSampler<R>, R: Wide<N>, const N: usize>(
+impl Integrator for Report<'_> {
+    fn interact<P: PathParts + ?Sized, S: LaneSampler<R>, R: Wide<N>, const N: usize>(
         &self,
+        parts: &P,
         arrival: Arrival<'_, S, R, N>,
     ) -> R::Mask {
         let Arrival {
@@ -50,7 +51,7 @@ impl<P: PathParts> Integrator for Report<P> {
             random,
             scratch,
         } = arrival;
-        let (parts, rules, throughput) = (&self.parts, &self.rules, paths.throughput);
+        let (rules, throughput) = (&self.rules, paths.throughput);
         // L_e of (8), where next-event estimation has not sampled it.
         let seen = surface.emits
             & parts.lanes_count_emission(Strategy::Light, paths.light_sampled, active);

@@ -78,7 +78,12 @@ impl<'a, R: Wide<N>, const N: usize> Casters<'a, R, N> {
     /// Returns the throughput of the casters where a connection meets them at this cosine, and the
     /// probability that a path samples that branch.
     #[inline]
-    fn throughput<P: PathParts>(&self, parts: &P, cosine: R, active: R::Mask) -> (R::Vector, R) {
+    fn throughput<P: PathParts + ?Sized>(
+        &self,
+        parts: &P,
+        cosine: R,
+        active: R::Mask,
+    ) -> (R::Vector, R) {
         if parts.is_default() {
             return self.caster.caster_throughput(cosine, self.refracts);
         }
@@ -118,7 +123,7 @@ impl<'a, R: Wide<N>, const N: usize> Casters<'a, R, N> {
     /// Passes connections through the replaceable parts; `number` is a connection's index at its
     /// caster.
     #[inline]
-    fn replaced<P: PathParts>(
+    fn replaced<P: PathParts + ?Sized>(
         &self,
         parts: &P,
         number: impl Fn(usize) -> usize,
@@ -151,7 +156,7 @@ pub(super) struct SpecularShadowRay<'a, R, const N: usize> {
 /// p and of the pdf with which BSDF sampling finds the same path. Both are with respect to solid
 /// angle at the surface.
 #[inline]
-pub(super) fn specular_light<P: PathParts, R: Wide<N>, const N: usize>(
+pub(super) fn specular_light<P: PathParts + ?Sized, R: Wide<N>, const N: usize>(
     parts: &P,
     scene: LaneScene<'_, R, N>,
     surface: &SurfaceInteraction<'_, R, N>,
@@ -285,7 +290,7 @@ pub(super) fn specular_light<P: PathParts, R: Wide<N>, const N: usize>(
 
 /// Picks casters by selection probabilities; returns their indices and probabilities.
 #[inline]
-fn pick_caster<P: PathParts, R: Wide<N>, const N: usize>(
+fn pick_caster<P: PathParts + ?Sized, R: Wide<N>, const N: usize>(
     parts: &P,
     random: R,
     shares: &[R],
@@ -394,7 +399,7 @@ impl<R: Wide<N>, const N: usize> SpecularChains<R, N> {
     /// pdf with which the path got there and that of the shadow ray, both with respect to solid
     /// angle where the path left the diffuse surface.
     #[inline]
-    pub(super) fn pdfs<P: PathParts>(
+    pub(super) fn pdfs<P: PathParts + ?Sized>(
         &self,
         parts: &P,
         scene: LaneScene<'_, R, N>,

@@ -49,7 +49,7 @@ struct Edge {
 
 impl Edge {
     #[inline]
-    fn new<P: NextEvent>(parts: &P, a: &PathVertex<'_>, b: &PathVertex<'_>) -> Self {
+    fn new<P: NextEvent + ?Sized>(parts: &P, a: &PathVertex<'_>, b: &PathVertex<'_>) -> Self {
         let offset = b.at.point - a.at.point;
         let (direction, distance_squared) = (offset.normalize(), offset.length_squared());
         let cosines = [a, b].map(|x| x.normal().dot(direction).abs());
@@ -107,7 +107,12 @@ impl FullPath<'_> {
     ///
     /// The Dirac distributions of the two subpaths at a mirror or glass have the ratio of their n²
     /// cos θ, which stands for each (Veach 1997, 5.2).
-    pub fn densities<P: PathParts>(&self, parts: &P, scene: &Scene, path: &mut Vec<Density>) {
+    pub fn densities<P: PathParts + ?Sized>(
+        &self,
+        parts: &P,
+        scene: &Scene,
+        path: &mut Vec<Density>,
+    ) {
         let (s, count) = (self.light.len(), self.light.len() + self.eye.len());
         let vertex = |i: usize| {
             if i < s {
@@ -202,7 +207,7 @@ impl<'a> PathVertex<'a> {
 
     /// Returns this vertex with its edge to the last vertex of its subpath.
     #[inline]
-    pub fn after<P: NextEvent>(self, parts: &P, walk: &[Self]) -> Self {
+    pub fn after<P: NextEvent + ?Sized>(self, parts: &P, walk: &[Self]) -> Self {
         Self {
             edge: walk.last().map(|before| Edge::new(parts, &self, before)),
             ..self
@@ -237,7 +242,7 @@ impl<'a> PathVertex<'a> {
 
     /// Returns the radiance in a unit direction, per density of particles on the area.
     #[inline]
-    pub fn outgoing_radiance<P: Scattering>(&self, parts: &P, direction: DVec3) -> DVec3 {
+    pub fn outgoing_radiance<P: Scattering + ?Sized>(&self, parts: &P, direction: DVec3) -> DVec3 {
         match self.bsdf {
             None => self.throughput,
             Some(bsdf) => {
@@ -256,7 +261,7 @@ impl<'a> PathVertex<'a> {
     /// direction with this cosine, if they come from a point (`None` if they start here).
     /// `specular` stands for the Dirac distribution of a mirror or glass.
     #[inline]
-    fn density<P: Scattering>(
+    fn density<P: Scattering + ?Sized>(
         &self,
         parts: &P,
         specular: bool,

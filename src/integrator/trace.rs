@@ -4,6 +4,7 @@ use std::array::from_fn;
 
 use glam::DVec3;
 
+use super::PathParts;
 use super::interaction::SurfaceInteraction;
 use super::path_state::{Arrival, Integrator, PathState};
 use crate::geometry::shape::Ray;
@@ -15,10 +16,17 @@ use crate::scene::Scene;
 use crate::scene::lanes::{IntersectionScratch, LaneScene};
 
 /// Estimates the radiance along rays, in their order, `N` at a time; each value is the same as for
-/// the ray alone. Compiled once per sampler, for any iterator.
-pub(crate) fn radiances<E: Integrator, S: Sampler, R: Wide<N>, const N: usize>(
+/// the ray alone.
+pub(crate) fn radiances<
+    E: Integrator,
+    P: PathParts + ?Sized,
+    S: Sampler,
+    R: Wide<N>,
+    const N: usize,
+>(
     scene: &Scene,
     estimator: &E,
+    parts: &P,
     rays: &mut dyn Iterator<Item = (Ray, S)>,
 ) -> Vec<DVec3> {
     let lanes: LaneScene<'_, R, N> = LaneScene::new(scene);
@@ -53,20 +61,23 @@ pub(crate) fn radiances<E: Integrator, S: Sampler, R: Wide<N>, const N: usize>(
         let found = lanes.closest(&paths.ray, R::Mask::from_bits(busy), &mut scratch);
         let hit_bits = found.hit_mask.bits();
         let mut ended = busy & !hit_bits;
-        estimator.escape(scene, &mut paths, R::Mask::from_bits(ended));
+        estimator.escape(parts, scene, &mut paths, R::Mask::from_bits(ended));
         if hit_bits != 0 {
             let surface = SurfaceInteraction::new(lanes, &paths.ray, &found);
             lanes_of(hit_bits).for_each(|lane| paths.hits[lane] += 1);
             let (paths, surface, active) = (&mut paths, &surface, found.hit_mask);
             let (random, scratch) = (&mut random, &mut scratch);
-            let goes_on = estimator.interact(Arrival {
-                scene: lanes,
-                paths,
-                surface,
-                active,
-                random,
-                scratch,
-            });
+            let goes_on = estimator.interact(
+                parts,
+                Arrival {
+                    scene: lanes,
+                    paths,
+                    surface,
+                    active,
+                    random,
+                    scratch,
+                },
+            );
             ended = busy & !goes_on.bits();
         }
         ended &= !paths.pop_branches(ended);

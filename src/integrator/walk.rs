@@ -75,7 +75,7 @@ struct Walk<T> {
 
 /// Traces walks, several at a time and in any order. `event` receives all hits of a walk in order
 /// and then its end; at a hit it returns whether the walk continues. Compiled once for any iterator.
-pub(super) fn trace_walks<'a, P: PathParts, T, S: Sampler>(
+pub(super) fn trace_walks<'a, P: PathParts + ?Sized, T, S: Sampler>(
     parts: &P,
     scene: &'a Scene,
     pending: &mut dyn Iterator<Item = PendingWalk<T, S>>,

@@ -1,7 +1,7 @@
 //! Whitted ray tracing, section 2.1: [`crate::equation::WHITTED`].
 
 use super::direct_light::sample_light;
-use super::{Arrival, DefaultParts, Integrator, PathParts, TransportRules};
+use super::{Arrival, Integrator, Parts, PathParts, TransportRules};
 use crate::math::real::Mask;
 use crate::math::simd::Wide;
 use crate::sampling::lanes::LaneSampler;
@@ -12,30 +12,31 @@ use crate::sampling::lanes::LaneSampler;
 /// missing: from further diffuse surfaces, from emitters through mirrors and glass (caustics), and
 /// from the background.
 #[derive(Clone, Copy, Debug)]
-pub struct Whitted<P = DefaultParts> {
+pub struct Whitted<'a> {
     /// Replaceable parts.
-    pub parts: P,
+    pub parts: Parts<'a>,
     /// Maximum number of ray segments from the eye, a bias: the tree doubles at each glass surface.
     pub segments: u32,
     /// How emitters are seen, and whether shadow rays pass glass.
     pub rules: TransportRules,
 }
 
-impl Whitted {
+impl Whitted<'_> {
     /// Creates a ray tracer with the report's limit of seven segments.
     pub fn new(rules: TransportRules) -> Self {
         Self {
-            parts: DefaultParts,
+            parts: Parts::default(),
             segments: 7,
             rules,
         }
     }
 }
 
-impl<P: PathParts> Integrator for Whitted<P> {
+impl Integrator for Whitted<'_> {
     /// Traces reflection first at glass, and refraction later.
-    fn interact<S: LaneSampler<R>, R: Wide<N>, const N: usize>(
+    fn interact<P: PathParts + ?Sized, S: LaneSampler<R>, R: Wide<N>, const N: usize>(
         &self,
+        parts: &P,
         arrival: Arrival<'_, S, R, N>,
     ) -> R::Mask {
         let Arrival {
@@ -46,7 +47,7 @@ impl<P: PathParts> Integrator for Whitted<P> {
             random,
             scratch,
         } = arrival;
-        let (parts, rules) = (&self.parts, &self.rules);
+        let rules = &self.rules;
         // L_e of (8) under the rules.
         let emits = active & surface.emits;
         if emits.any() {

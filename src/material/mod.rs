@@ -251,7 +251,7 @@ impl Bsdf {
 
     /// Samples a scattered direction at a vertex, in world space; `None` where light is absorbed.
     #[inline]
-    pub fn sample<R: Rng>(&self, at: &Vertex, rng: &mut R) -> Option<BsdfSample> {
+    pub fn sample(&self, at: &Vertex, rng: &mut dyn Rng) -> Option<BsdfSample> {
         DefaultParts.sample(self, at, rng)
     }
 

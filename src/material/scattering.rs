@@ -243,7 +243,7 @@ pub trait Scattering: Sync {
     /// Draws two numbers for a model with a density, three for rough glass, one for glass, none for
     /// a mirror.
     #[inline]
-    fn sample<R: Rng>(&self, bsdf: &Bsdf, at: &Vertex, rng: &mut R) -> Option<BsdfSample> {
+    fn sample(&self, bsdf: &Bsdf, at: &Vertex, rng: &mut dyn Rng) -> Option<BsdfSample> {
         match *bsdf {
             Bsdf::Black => None,
             Bsdf::Mirror { reflectance } => Some(BsdfSample {

@@ -5,10 +5,11 @@ use std::ops::Range;
 
 use super::row::{LaneEstimator, RowRenderer};
 use super::silhouette::Silhouettes;
-use super::{CHUNK_SAMPLES, PreparedRenderer, Progress, Renderer, for_each_run};
+use super::{
+    CHUNK_SAMPLES, PreparedRayRenderer, PreparedRenderer, Progress, Renderer, for_each_run,
+};
 use crate::error::Error;
 use crate::film::Film;
-use crate::integrator::Estimator as _;
 use crate::math::simd::{LANES, Lanes, SINGLES, Singles, Wide};
 use crate::sampling::Sampling;
 use crate::scene::Scene;
@@ -20,7 +21,7 @@ use crate::scene::lanes::LaneScene;
 /// Those of [`render`](super::render()).
 pub fn render_lanes(
     scene: &Scene,
-    estimator: LaneEstimator,
+    estimator: LaneEstimator<'_>,
     sampling: Sampling,
     film: &mut Film,
     range: &Range<u32>,
@@ -71,9 +72,10 @@ pub const SINGLE_MAX_EXTENT_RATIO: f64 = 4096.0;
 
 /// Renderer as [`RayRenderer`](super::RayRenderer), several paths at a time.
 #[derive(Clone, Copy, Debug)]
-pub struct LaneRenderer {
-    /// Estimator of the radiance along a ray.
-    pub estimator: LaneEstimator,
+pub struct LaneRenderer<'e> {
+    /// Estimator of the radiance along a ray. With replaced parts it renders as
+    /// [`RayRenderer`](super::RayRenderer), in double precision only.
+    pub estimator: LaneEstimator<'e>,
     /// Sampling settings.
     pub sampling: Sampling,
     /// Precision of the arithmetic.
@@ -94,7 +96,7 @@ pub enum Precision {
     UncheckedSingle,
 }
 
-impl Renderer for LaneRenderer {
+impl Renderer for LaneRenderer<'_> {
     fn samples_per_replication(&self) -> u32 {
         self.sampling.samples_per_replication()
     }
@@ -106,6 +108,18 @@ impl Renderer for LaneRenderer {
         if self.precision == Precision::Single {
             check_single_precision(scene)?;
         }
+        if !self.estimator.parts().are_default() {
+            if self.precision != Precision::Double {
+                let message = "replaced parts are rendered in double precision alone";
+                return Err(Error::Option(message.to_owned()));
+            }
+            return Ok(Box::new(PreparedRayRenderer::new(
+                scene,
+                self.estimator.along_rays(),
+                self.sampling,
+                resolution,
+            )));
+        }
         Ok(match self.precision {
             Precision::Double => Box::new(self.prepared::<Lanes, LANES>(scene, resolution)),
             Precision::Single | Precision::UncheckedSingle => {
@@ -115,9 +129,9 @@ impl Renderer for LaneRenderer {
     }
 }
 
-impl LaneRenderer {
+impl LaneRenderer<'_> {
     fn prepared<'a, R: Wide<N>, const N: usize>(
-        &self,
+        &'a self,
         scene: &'a Scene,
         resolution: [u32; 2],
     ) -> RowRenderer<'a, R, N> {
@@ -126,8 +140,7 @@ impl LaneRenderer {
             sampling,
             ..
         } = *self;
-        let sees_in_mirrors =
-            matches!(estimator, LaneEstimator::Path(path) if path.sees_in_mirrors());
+        let sees_in_mirrors = estimator.along_rays().sees_in_mirrors();
         let silhouettes = Silhouettes::new(scene, resolution, sampling, sees_in_mirrors);
         RowRenderer {
             scene: LaneScene::new(scene),

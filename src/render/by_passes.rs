@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::{PreparedRenderer, Progress, Renderer};
 use crate::error::Error;
 use crate::film::{Features, Film, PartialReplication, check_radiance};
-use crate::integrator::{Bdpt, ImageEstimator, LightTracer, Sppm, SurfaceInteraction};
+use crate::integrator::{ImageEstimator, SurfaceInteraction};
 use crate::math::real::{Mask, Real};
 use crate::math::simd::{LANES, Lanes};
 use crate::sampling::Sampling;
@@ -52,9 +52,9 @@ fn features_at(scene: &Scene, resolution: [u32; 2], points: &[[f64; 2]]) -> Vec<
 /// [`Error::Option`] for a film that is a part of its image, and as for
 /// [`render`](super::render()); errors of the estimator; [`Error::Radiance`] with the pixel and the
 /// pass for an invalid radiance.
-pub fn render_passes<E: ImageEstimator>(
+pub fn render_passes(
     scene: &Scene,
-    estimator: &E,
+    estimator: &dyn ImageEstimator,
     sampler: SamplerKind,
     seed: u64,
     film: &mut Film,
@@ -192,31 +192,5 @@ impl<E: ImageEstimator> PreparedRenderer for PreparedImageRenderer<'_, E> {
         render_passes(
             self.scene, estimator, *sampler, *seed, film, range, progress,
         )
-    }
-}
-
-/// An estimator of whole images, with standard parts.
-#[derive(Clone, Copy, Debug)]
-pub enum PassEstimator {
-    /// Light tracing.
-    LightTracer(LightTracer),
-    /// Bidirectional path tracing.
-    Bdpt(Bdpt),
-    /// Stochastic progressive photon mapping.
-    Sppm(Sppm),
-}
-
-impl ImageEstimator for PassEstimator {
-    fn image(
-        &self,
-        scene: &Scene,
-        resolution: [u32; 2],
-        pass: ImagePass,
-    ) -> Result<Vec<DVec3>, Error> {
-        match self {
-            Self::LightTracer(tracer) => tracer.image(scene, resolution, pass),
-            Self::Bdpt(bdpt) => bdpt.image(scene, resolution, pass),
-            Self::Sppm(sppm) => sppm.image(scene, resolution, pass),
-        }
     }
 }

@@ -17,7 +17,7 @@ use rayon::prelude::*;
 use crate::error::Error;
 use crate::film::{Features, Film, Pixel, check_radiance, features};
 use crate::geometry::shape::{Hit, Ray};
-use crate::integrator::{DefaultParts, Estimator, PhotonMapping, Sample};
+use crate::integrator::{Estimator, Sample};
 use crate::sampling::Sampling;
 use crate::sampling::pixel::PixelSampling;
 use crate::sampling::rng::uniform2;
@@ -29,7 +29,7 @@ pub use by_lanes::{
     LaneRenderer, Precision, SINGLE_EXTENTS, SINGLE_MAX_EXTENT_RATIO, check_single_precision,
     render_lanes,
 };
-pub use by_passes::{ImageRenderer, PassEstimator, render_passes};
+pub use by_passes::{ImageRenderer, render_passes};
 pub use row::LaneEstimator;
 
 /// Callback, from any thread, with a number of samples that are done; it returns false to stop.
@@ -105,7 +105,7 @@ fn check(sampling: &Sampling, replications: u32, film: &Film) -> Result<(), Erro
 /// Sample k of pixel (x, y) of the full image draws from the stream (seed, pixel, k) and sums are
 /// exact, so neither threads nor the order or division of the ranges change the result.
 ///
-/// `progress` is called after each part of the film, of about [`Estimator::BATCH_SIZE`] samples or
+/// `progress` is called after each part of the film, of about [`Estimator::batch_size`] samples or
 /// less, with their number, from any thread; when it returns false, the rest is left out and
 /// `Ok(false)` is returned: see [`Progress`].
 ///
@@ -113,9 +113,9 @@ fn check(sampling: &Sampling, replications: u32, film: &Film) -> Result<(), Erro
 /// [`Error::Radiance`] with pixel and replication if the estimator returns an invalid radiance;
 /// [`Error::Option`] for replications with no sample, more than 2³² in all, more Sobol' points than
 /// [`MAX_POINTS`], or not as many samples as the film has.
-pub fn render<E: Estimator>(
+pub fn render(
     scene: &Scene,
-    estimator: &E,
+    estimator: &dyn Estimator,
     sampling: Sampling,
     film: &mut Film,
     range: &Range<u32>,
@@ -230,9 +230,9 @@ type SampleIndex = (usize, u32, u32);
 
 /// Adds the missing replications of some pixels: first the radiance along all camera rays, then the
 /// points of silhouettes.
-fn add_samples<E: Estimator>(
+fn add_samples(
     scene: &Scene,
-    estimator: &E,
+    estimator: &dyn Estimator,
     sampling: Sampling,
     silhouettes: &Silhouettes,
     resolution: [u32; 2],
@@ -278,7 +278,7 @@ fn add_samples<E: Estimator>(
     let mut refused = None;
     // For each sample, the weight of its radiance, and the emission seen along its ray.
     let mut views = Vec::new();
-    let samples = names.iter().map(|&name| {
+    let mut samples = names.iter().map(|&name| {
         let (i, replication, index) = name;
         let ([x, y], _, sampling) = places[i];
         let mut rng = sampling.source(y * resolution[0] + x, replication, index);
@@ -297,7 +297,7 @@ fn add_samples<E: Estimator>(
             rng,
         }
     });
-    let radiances = estimator.radiances(scene, samples);
+    let radiances = estimator.radiances(scene, &mut samples);
     if let Some(error) = refused {
         return Err(error);
     }
@@ -414,15 +414,20 @@ impl<E: Estimator> Renderer for RayRenderer<E> {
 }
 
 /// A ray renderer prepared for a scene.
-struct PreparedRayRenderer<'a, E> {
+struct PreparedRayRenderer<'a> {
     scene: &'a Scene,
-    estimator: &'a E,
+    estimator: &'a dyn Estimator,
     sampling: Sampling,
     silhouettes: Silhouettes,
 }
 
-impl<'a, E: Estimator> PreparedRayRenderer<'a, E> {
-    fn new(scene: &'a Scene, estimator: &'a E, sampling: Sampling, resolution: [u32; 2]) -> Self {
+impl<'a> PreparedRayRenderer<'a> {
+    fn new(
+        scene: &'a Scene,
+        estimator: &'a dyn Estimator,
+        sampling: Sampling,
+        resolution: [u32; 2],
+    ) -> Self {
         let silhouettes =
             Silhouettes::new(scene, resolution, sampling, estimator.sees_in_mirrors());
         Self {
@@ -434,7 +439,7 @@ impl<'a, E: Estimator> PreparedRayRenderer<'a, E> {
     }
 }
 
-impl<E: Estimator> PreparedRenderer for PreparedRayRenderer<'_, E> {
+impl PreparedRenderer for PreparedRayRenderer<'_> {
     fn add(
         &self,
         film: &mut Film,
@@ -448,36 +453,13 @@ impl<E: Estimator> PreparedRenderer for PreparedRayRenderer<'_, E> {
             silhouettes,
         } = self;
         let resolution = film.resolution();
-        for_each_run(*sampling, E::BATCH_SIZE, film, &range, progress, |runs| {
-            add_samples(scene, *estimator, *sampling, silhouettes, resolution, runs)
-        })
-    }
-}
-
-/// Renderer by photon mapping along single rays, with one photon map.
-#[derive(Debug)]
-pub struct PhotonRenderer {
-    /// Photon mapping estimator.
-    pub photons: PhotonMapping<DefaultParts>,
-    /// Sampling settings.
-    pub sampling: Sampling,
-}
-
-// Not [`RayRenderer`], whose code is compiled where it is used, and is slower there.
-impl Renderer for PhotonRenderer {
-    fn samples_per_replication(&self) -> u32 {
-        self.sampling.samples_per_replication()
-    }
-    fn prepare<'a>(
-        &'a self,
-        scene: &'a Scene,
-        resolution: [u32; 2],
-    ) -> Result<Box<dyn PreparedRenderer + 'a>, Error> {
-        Ok(Box::new(PreparedRayRenderer::new(
-            scene,
-            &self.photons,
-            self.sampling,
-            resolution,
-        )))
+        for_each_run(
+            *sampling,
+            estimator.batch_size(),
+            film,
+            &range,
+            progress,
+            |runs| add_samples(scene, *estimator, *sampling, silhouettes, resolution, runs),
+        )
     }
 }

@@ -10,7 +10,8 @@ use crate::error::Error;
 use crate::film::check_radiance;
 use crate::geometry::shape::Ray;
 use crate::integrator::{
-    Arrival, Integrator, Path, PathState, Report, SurfaceInteraction, Whitted,
+    Arrival, DefaultParts, Estimator, Integrator, Parts, Path, PathState, Report,
+    SurfaceInteraction, Whitted,
 };
 use crate::math::real::{Mask, Vector};
 use crate::math::simd::{Wide, lanes_of};
@@ -20,15 +21,35 @@ use crate::sampling::pixel::PixelSampling;
 use crate::sampling::sampler::SamplerKind;
 use crate::scene::lanes::{IntersectionScratch, LaneScene};
 
-/// An estimator that traces several paths at a time, with standard parts.
+/// An estimator that traces several paths at a time.
 #[derive(Clone, Copy, Debug)]
-pub enum LaneEstimator {
+pub enum LaneEstimator<'a> {
     /// The path tracer.
-    Path(Path),
+    Path(Path<'a>),
     /// The report's path tracer.
-    Report(Report),
+    Report(Report<'a>),
     /// Whitted ray tracing.
-    Whitted(Whitted),
+    Whitted(Whitted<'a>),
+}
+
+impl<'a> LaneEstimator<'a> {
+    /// Returns the estimator of radiance along single rays.
+    pub(super) fn along_rays(&self) -> &(dyn Estimator + 'a) {
+        match self {
+            Self::Path(path) => path,
+            Self::Report(report) => report,
+            Self::Whitted(whitted) => whitted,
+        }
+    }
+
+    /// Returns the parts.
+    pub(super) fn parts(&self) -> Parts<'a> {
+        match self {
+            Self::Path(path) => path.parts,
+            Self::Report(report) => report.parts,
+            Self::Whitted(whitted) => whitted.parts,
+        }
+    }
 }
 
 /// State of the replication that a lane computes.
@@ -60,10 +81,10 @@ impl LaneReplication {
     }
 }
 
-/// Renders rows of pixels with an estimator in a scene.
+/// Renders rows of pixels with an estimator, by default parts, in a scene.
 pub(crate) struct RowRenderer<'a, R: Wide<N>, const N: usize> {
     pub scene: LaneScene<'a, R, N>,
-    pub estimator: LaneEstimator,
+    pub estimator: LaneEstimator<'a>,
     pub sampling: Sampling,
     pub resolution: [u32; 2],
     pub silhouettes: Silhouettes,
@@ -159,7 +180,12 @@ fn render_run<E: Integrator, R: Wide<N>, S: PixelSampler<R>, const N: usize>(
         let found = scene.closest(&paths.ray, R::Mask::from_bits(busy), &mut scratch);
         let hit_bits = found.hit_mask.bits();
         let mut ended = busy & !hit_bits;
-        estimator.escape(scene.scene, &mut paths, R::Mask::from_bits(ended));
+        estimator.escape(
+            &DefaultParts,
+            scene.scene,
+            &mut paths,
+            R::Mask::from_bits(ended),
+        );
         if hit_bits != 0 {
             let surface = SurfaceInteraction::new(scene, &paths.ray, &found);
             let mirrors = if silhouettes.follows_mirrors {
@@ -194,14 +220,17 @@ fn render_run<E: Integrator, R: Wide<N>, S: PixelSampler<R>, const N: usize>(
             }
             let (paths, active) = (&mut paths, found.hit_mask & !follows);
             let (surface, random, scratch) = (&surface, &mut random, &mut scratch);
-            let goes_on = estimator.interact(Arrival {
-                scene,
-                paths,
-                surface,
-                active,
-                random,
-                scratch,
-            });
+            let goes_on = estimator.interact(
+                &DefaultParts,
+                Arrival {
+                    scene,
+                    paths,
+                    surface,
+                    active,
+                    random,
+                    scratch,
+                },
+            );
             ended = busy & !goes_on.bits() & !followed;
         }
         ended &= !paths.pop_branches(ended);

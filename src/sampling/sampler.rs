@@ -23,7 +23,7 @@ pub trait Sampler: Rng {
     fn block(&mut self, _block: u32) {}
 }
 
-impl<S: Sampler> Sampler for &mut S {
+impl<S: Sampler + ?Sized> Sampler for &mut S {
     #[inline]
     fn block(&mut self, block: u32) {
         (**self).block(block);
@@ -129,6 +129,18 @@ pub enum SampleStream {
     Independent(Stream),
     /// Numbers of [`SamplerKind::Sobol`].
     Sobol(Sobol),
+}
+
+impl From<Stream> for SampleStream {
+    fn from(stream: Stream) -> Self {
+        Self::Independent(stream)
+    }
+}
+
+impl From<Sobol> for SampleStream {
+    fn from(point: Sobol) -> Self {
+        Self::Sobol(point)
+    }
 }
 
 impl Sampler for SampleStream {

@@ -177,7 +177,7 @@ struct OneBadSample {
 }
 
 impl Estimator for OneBadSample {
-    fn radiance<R: Sampler>(&self, _: &Scene, _: &Ray, _: Option<Hit>, _: &mut R) -> DVec3 {
+    fn radiance(&self, _: &Scene, _: &Ray, _: Option<Hit>, _: &mut dyn Sampler) -> DVec3 {
         let call = self.calls.fetch_add(1, Ordering::Relaxed);
         DVec3::new(1.0, 1.0, if call == self.at { self.value } else { 1.0 })
     }
@@ -244,6 +244,8 @@ enum BadParts {
     Endless,
 }
 
+default_parts!(BadParts: NextEvent);
+
 impl Scattering for BadParts {
     fn brdf(&self, bsdf: &Bsdf, wo: DVec3, wi: DVec3) -> DVec3 {
         if let Self::Brdf(value) = self {
@@ -304,14 +306,12 @@ impl FiniteElements for BadParts {
     }
 }
 
-impl NextEvent for BadParts {}
-
 /// Number of replications. If a BRDF is -1 in one channel, some path must show it: at least one
 /// path in 64 is reflected exactly once, so that all 2000 look right with a probability below
 /// 1e-13. A bad value ends a render at once.
 const REPLICATIONS: u32 = 100;
 
-fn rays<E: Estimator>(scene: &Scene, estimator: &E) -> Result<Film, Error> {
+fn rays(scene: &Scene, estimator: &dyn Estimator) -> Result<Film, Error> {
     rendered(
         scene,
         estimator,
@@ -321,7 +321,7 @@ fn rays<E: Estimator>(scene: &Scene, estimator: &E) -> Result<Film, Error> {
     )
 }
 
-fn passes<E: ImageEstimator>(scene: &Scene, estimator: &E) -> Result<Film, Error> {
+fn passes(scene: &Scene, estimator: &dyn ImageEstimator) -> Result<Film, Error> {
     helpers::passes(scene, estimator, FRAME, &[0..REPLICATIONS])
 }
 
@@ -329,7 +329,14 @@ fn passes<E: ImageEstimator>(scene: &Scene, estimator: &E) -> Result<Film, Error
 fn photons(scene: &Scene, parts: BadParts, lookup: Lookup) -> Result<Film, Error> {
     rays(
         scene,
-        &PhotonMapping::new(parts, scene, lookup, 50, 0.5, (master(), 0))?,
+        &PhotonMapping::new(
+            Parts::replaced(&parts),
+            scene,
+            lookup,
+            50,
+            0.5,
+            (master(), 0),
+        )?,
     )
 }
 
@@ -337,7 +344,7 @@ fn sppm(scene: &Scene, parts: BadParts) -> Result<Film, Error> {
     passes(
         scene,
         &Sppm {
-            parts,
+            parts: Parts::replaced(&parts),
             particles: 50,
             radius: 0.5,
         },
@@ -346,7 +353,8 @@ fn sppm(scene: &Scene, parts: BadParts) -> Result<Film, Error> {
 
 /// Renders with every estimator that traces random walks.
 fn walks(scene: &Scene, parts: BadParts) -> Vec<(&'static str, Result<Film, Error>)> {
-    let path = |strategy| rays(scene, &Path::new(parts, strategy));
+    let replaced = Parts::replaced(&parts);
+    let path = |strategy| rays(scene, &Path::new(strategy).with_parts(replaced));
     let gather = Lookup::FinalGather {
         caustic_particles: 200,
         caustic_radius: 0.5,
@@ -355,8 +363,11 @@ fn walks(scene: &Scene, parts: BadParts) -> Vec<(&'static str, Result<Film, Erro
         ("path by BSDF", path(Strategy::Bsdf)),
         ("path by light", path(Strategy::Light)),
         ("path by both", path(Strategy::Mis)),
-        ("light tracer", passes(scene, &LightTracer { parts })),
-        ("bdpt", passes(scene, &Bdpt::new(parts))),
+        (
+            "light tracer",
+            passes(scene, &LightTracer { parts: replaced }),
+        ),
+        ("bdpt", passes(scene, &Bdpt::new(replaced))),
         (
             "photons",
             photons(scene, parts, Lookup::DirectVisualization),
@@ -388,6 +399,7 @@ fn bad_parts_surface_through_every_estimator() {
             &format!("flux {value} in passes"),
         );
         let parts = BadParts::Importance(value);
+        let parts = Parts::replaced(&parts);
         assert_surfaces(
             passes(&scene, &LightTracer { parts }),
             "at pixel (",
@@ -409,7 +421,7 @@ fn bad_parts_do_not_pass_for_a_solution() {
         halvings: 0,
     };
     for parts in [BadParts::FormFactor, BadParts::Exchanged, BadParts::Leaving] {
-        let solved = Radiosity::new(parts, &scene, resolution, &|_| true);
+        let solved = Radiosity::new(Parts::replaced(&parts), &scene, resolution, &|_| true);
         assert_surfaces(solved.map(|_| ()), "as the irradiance at", "radiosity");
     }
 }
@@ -428,14 +440,13 @@ fn paths_without_end_are_errors() {
 /// Counts how often paths survive.
 struct Counting(AtomicU32);
 
+default_parts!(Counting: Scattering, NextEvent, Photons, Bidirectional, FiniteElements);
+
 impl Roulette for Counting {
     fn survives(&self, _: f64, _: f64) -> bool {
         self.0.fetch_add(1, Ordering::Relaxed) + 1 < MAX_PATH_VERTICES
     }
 }
-
-impl Scattering for Counting {}
-impl NextEvent for Counting {}
 
 /// The longest legal path counts to its last vertex; its probability is too small for a number.
 #[test]
@@ -443,7 +454,7 @@ fn the_longest_path_is_no_error() {
     let scene = furnace(0.5);
     let ray = scene.camera().ray(FRAME, 2.5, 2.0);
     let parts = Counting(AtomicU32::new(0));
-    let path = Path::new(parts, Strategy::Bsdf);
+    let path = Path::new(Strategy::Bsdf).with_parts(Parts::replaced(&parts));
     let radiance = path.radiance(
         &scene,
         &ray,
@@ -451,7 +462,7 @@ fn the_longest_path_is_no_error() {
         &mut stream(master(), 0, 0),
     );
     assert!(radiance.is_finite(), "{radiance}");
-    assert_eq!(path.parts.0.into_inner(), MAX_PATH_VERTICES);
+    assert_eq!(parts.0.into_inner(), MAX_PATH_VERTICES);
     let survival =
         f64::from(MAX_PATH_VERTICES - 1) * whitefurnace::sampling::roulette::MAX_SURVIVAL.ln();
     assert!(survival < -180.0 * std::f64::consts::LN_10);

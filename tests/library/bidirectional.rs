@@ -15,6 +15,8 @@ const FRAME: [u32; 2] = [12, 9];
 #[derive(Default)]
 struct Recorder(Mutex<Vec<(Vec<Density>, usize)>>);
 
+default_parts!(Recorder: Scattering, Roulette, NextEvent, Photons, FiniteElements);
+
 impl Bidirectional for Recorder {
     fn strategy_weight(&self, path: &[Density], s: usize) -> f64 {
         let mut paths = self.0.lock().expect("no thread has panicked");
@@ -23,18 +25,15 @@ impl Bidirectional for Recorder {
     }
 }
 
-impl Scattering for Recorder {}
-impl Roulette for Recorder {}
-impl NextEvent for Recorder {}
-
 /// Returns the paths of a few passes.
 fn paths(scene: &Scene) -> Vec<(Vec<Density>, usize)> {
-    let bdpt = Bdpt::new(Recorder::default());
+    let parts = Recorder::default();
+    let bdpt = Bdpt::new(Parts::replaced(&parts));
     for index in 0..8 {
         bdpt.pass(scene, FRAME, master(), index)
             .expect("legal values");
     }
-    bdpt.parts.0.into_inner().expect("no thread has panicked")
+    parts.0.into_inner().expect("no thread has panicked")
 }
 
 /// In a sphere of radius 1 that emits and reflects by Lambert's law, every vertex is uniformly
@@ -67,6 +66,8 @@ fn densities_in_a_sphere_are_uniform() {
 #[derive(Default)]
 struct StraightThrough(Recorder);
 
+default_parts!(StraightThrough: Roulette, NextEvent, Photons, FiniteElements);
+
 impl Bidirectional for StraightThrough {
     fn strategy_weight(&self, path: &[Density], s: usize) -> f64 {
         self.0.strategy_weight(path, s)
@@ -82,9 +83,6 @@ impl Scattering for StraightThrough {
     }
 }
 
-impl Roulette for StraightThrough {}
-impl NextEvent for StraightThrough {}
-
 /// From a lamp in glass straight up to paper in air, the densities at the glass, which stand for
 /// Dirac distributions, have the ratio of n² on its two sides, whichever end a path starts from.
 #[test]
@@ -95,13 +93,14 @@ fn densities_at_glass_have_the_ratio_of_squared_indices() {
         square(scene, 9.0, 1.0, true, glass(1.5));
         square(scene, 9.0, 2.0, false, diffuse(0.9));
     });
-    let bdpt = Bdpt::new(StraightThrough::default());
+    let parts = StraightThrough::default();
+    let bdpt = Bdpt::new(Parts::replaced(&parts));
     // The camera sees the end of about one light path in a hundred.
     for index in 0..200 {
         bdpt.pass(&scene, FRAME, master(), index)
             .expect("legal values");
     }
-    let found = bdpt.parts.0.0.into_inner().expect("no thread has panicked");
+    let found = parts.0.0.into_inner().expect("no thread has panicked");
     for by in [0, 3] {
         let is_by = |(path, s): &&(Vec<Density>, usize)| path.len() == 3 && *s == by;
         let mut count = 0;
@@ -151,7 +150,7 @@ fn weights_sum_to_one_on_real_paths() {
 #[test]
 fn passes_fill_whole_films_only() {
     let scene = report_room();
-    let bdpt = Bdpt::new(DefaultParts);
+    let bdpt = Bdpt::new(Parts::default());
     let mut film = Film::new(FRAME, None, 1).expect("a film");
     assert!(matches!(
         render_passes(
@@ -241,6 +240,8 @@ fn the_camera_sees_what_its_rays_meet() {
 /// Panics when visibility through glass is asked for.
 struct Opaque;
 
+default_parts!(Opaque: Scattering, Roulette, Photons, Bidirectional, FiniteElements);
+
 impl NextEvent for Opaque {
     fn visible(&self, scene: &Scene, x: SurfacePoint, y: SurfacePoint, glass: bool) -> bool {
         assert!(!glass, "glass bends what passes it");
@@ -248,14 +249,11 @@ impl NextEvent for Opaque {
     }
 }
 
-impl Scattering for Opaque {}
-impl Roulette for Opaque {}
-impl Bidirectional for Opaque {}
-
 /// Shadow rays and connections stop at glass; paths are followed through it.
 #[test]
 fn nothing_is_connected_through_glass() {
-    let (tracer, bdpt) = (LightTracer { parts: Opaque }, Bdpt::new(Opaque));
+    let parts = Parts::replaced(&Opaque);
+    let (tracer, bdpt) = (LightTracer { parts }, Bdpt::new(parts));
     let (scene, seed) = (report_room(), master());
     assert!(tracer.pass(&scene, FRAME, seed, 0).is_ok());
     assert!(bdpt.pass(&scene, FRAME, seed, 0).is_ok());

@@ -133,7 +133,7 @@ fn image(film: &Film) -> Image {
     film.pixels().iter().map(of).collect()
 }
 
-fn rays<E: Estimator>(scene: &Scene, estimator: &E) -> Image {
+fn rays(scene: &Scene, estimator: &dyn Estimator) -> Image {
     let sampling = Sampling {
         pixel: Jitter(2),
         sampler: SamplerKind::Independent,
@@ -143,7 +143,7 @@ fn rays<E: Estimator>(scene: &Scene, estimator: &E) -> Image {
     image(&rendered(scene, estimator, FRAME, sampling, &[0..3]).expect("legal radiance"))
 }
 
-fn passes<E: ImageEstimator>(scene: &Scene, estimator: &E) -> Image {
+fn passes(scene: &Scene, estimator: &dyn ImageEstimator) -> Image {
     image(&helpers::passes(scene, estimator, FRAME, &[0..12]).expect("legal radiance"))
 }
 
@@ -153,14 +153,14 @@ pub fn physical_images(scene: &Scene) -> Vec<(&'static str, Image)> {
         strategy,
         lights,
         heuristic,
-        parts: DefaultParts,
+        parts: Parts::default(),
         rr_depth: 1,
         specular_nee: false,
         bounces: None,
     };
     let (area, angle) = (LightSampling::Area, LightSampling::SolidAngle);
     let photons = |lookup| {
-        PhotonMapping::new(DefaultParts, scene, lookup, 3000, 0.3, (master(), 0))
+        PhotonMapping::new(Parts::default(), scene, lookup, 3000, 0.3, (master(), 0))
             .expect("a small map")
     };
     let gather = Lookup::FinalGather {
@@ -170,7 +170,7 @@ pub fn physical_images(scene: &Scene) -> Vec<(&'static str, Image)> {
     let report = Report {
         rays: 2,
         segments: 6,
-        ..Report::<DefaultParts>::default()
+        ..Report::default()
     };
     let report = Report {
         rules: TransportRules::PHYSICAL,
@@ -186,17 +186,14 @@ pub fn physical_images(scene: &Scene) -> Vec<(&'static str, Image)> {
         ("whitted", rays(scene, &whitted)),
         ("photon", rays(scene, &photons(Lookup::DirectVisualization))),
         ("gather", rays(scene, &photons(gather))),
-        (
-            "light tracer",
-            passes(scene, &LightTracer::<DefaultParts>::default()),
-        ),
-        ("bdpt", passes(scene, &Bdpt::new(DefaultParts))),
+        ("light tracer", passes(scene, &LightTracer::default())),
+        ("bdpt", passes(scene, &Bdpt::new(Parts::default()))),
         (
             "sppm",
             passes(
                 scene,
                 &Sppm {
-                    parts: DefaultParts,
+                    parts: Parts::default(),
                     particles: 3000,
                     radius: 0.3,
                 },
@@ -213,7 +210,8 @@ fn physical(paint: Paint, lamp: Paint) -> Vec<(&'static str, Image)> {
         patches: 60,
         halvings: 0,
     };
-    let solved = Radiosity::new(DefaultParts, plain, resolution, &|_| true).expect("it settles");
+    let solved =
+        Radiosity::new(Parts::default(), plain, resolution, &|_| true).expect("it settles");
     images.push(("radiosity", rays(plain, &solved)));
     images
 }
@@ -223,10 +221,7 @@ fn images(paint: Paint) -> Vec<(&'static str, Image)> {
     let mut images = physical(paint, |light| light);
     let scene = room(paint, |light| light, false, lambertian);
     images.extend([
-        (
-            "report's report",
-            rays(&scene, &Report::<DefaultParts>::default()),
-        ),
+        ("report's report", rays(&scene, &Report::default())),
         (
             "report's whitted",
             rays(&scene, &Whitted::new(TransportRules::REPORT)),

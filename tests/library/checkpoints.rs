@@ -118,7 +118,7 @@ fn what_was_stopped_goes_on_to_the_same_film() {
         seed: master(),
         silhouettes: true,
     };
-    let path = Paths::new(DefaultParts, Strategy::Mis);
+    let path = Paths::new(Strategy::Mis);
     let renderers: [(&str, Box<dyn Renderer>); 3] = [
         (
             "rays",
@@ -139,7 +139,7 @@ fn what_was_stopped_goes_on_to_the_same_film() {
         (
             "passes",
             Box::new(ImageRenderer {
-                estimator: Bdpt::new(DefaultParts),
+                estimator: Bdpt::new(Parts::default()),
                 sampler: SamplerKind::Sobol(4),
                 seed: master(),
             }),
@@ -180,7 +180,7 @@ fn damaged_files_are_refused() {
     let scene = simple::cornell().expect("a scene");
     let mut film = Film::new([2, 1], None, 4).expect("a film");
     let renderer = ImageRenderer {
-        estimator: Bdpt::new(DefaultParts),
+        estimator: Bdpt::new(Parts::default()),
         sampler: SamplerKind::Sobol(4),
         seed: 1,
     };

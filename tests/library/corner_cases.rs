@@ -36,7 +36,7 @@ fn lit(add: impl FnOnce(&mut SceneBuilder, SurfaceId)) -> Scene {
 fn shadow_rays(scene: &Scene, lights: LightSampling, count: u32) -> Vec<f64> {
     let path = Path {
         lights,
-        ..Path::<DefaultParts>::new(DefaultParts, Strategy::Light)
+        ..Path::new(Strategy::Light)
     };
     let down = DVec3::new(0.1, 0.2, -1.0).normalize();
     let ray = Ray::new(-0.05 * down, down);
@@ -100,7 +100,7 @@ fn by_shape_spheres_are_sampled_by_solid_angle_and_flat_lights_by_area() {
     }
 }
 
-fn radiance<E: Estimator>(scene: &Scene, estimator: &E) -> Vec<DVec3> {
+fn radiance(scene: &Scene, estimator: &dyn Estimator) -> Vec<DVec3> {
     let look = |i: u32| {
         let ray = scene.camera().ray(FRAME, f64::from(i % FRAME[0]), 2.5);
         estimator.radiance(scene, &ray, scene.intersect(&ray), &mut stream(9, i, 0))
@@ -115,7 +115,7 @@ fn without_emitters_it_is_dark() {
     let dark = over_floor(5.0, |_| {});
     let sky = over_floor(5.0, |scene| scene.background(DVec3::ONE));
     let photons = |scene: &Scene, lookup| {
-        PhotonMapping::new(DefaultParts, scene, lookup, 10, 0.1, (1, 0)).expect("a map")
+        PhotonMapping::new(Parts::default(), scene, lookup, 10, 0.1, (1, 0)).expect("a map")
     };
     let gather = Lookup::FinalGather {
         caustic_particles: 10,
@@ -129,7 +129,7 @@ fn without_emitters_it_is_dark() {
         ));
         none(radiance(scene, &photons(scene, gather)));
         none(radiance(scene, &Whitted::new(TransportRules::PHYSICAL)));
-        let (particles, radius, parts) = (10, 0.1, DefaultParts);
+        let (particles, radius, parts) = (10, 0.1, Parts::default());
         none(
             Sppm {
                 parts,
@@ -140,22 +140,22 @@ fn without_emitters_it_is_dark() {
             .expect("legal values"),
         );
         none(
-            LightTracer::<DefaultParts>::default()
+            LightTracer::default()
                 .pass(scene, FRAME, 1, 0)
                 .expect("legal values"),
         );
         assert_eq!(
-            PhotonMap::new(&DefaultParts, scene, PhotonMapKind::All, 5, (1, 0))
+            PhotonMap::new(Parts::default(), scene, PhotonMapKind::All, 5, (1, 0))
                 .expect("a map")
                 .photons()
                 .count(),
             0
         );
     }
-    let bdpt = Bdpt::new(DefaultParts);
+    let bdpt = Bdpt::new(Parts::default());
     let pass = |scene| bdpt.pass(scene, FRAME, 1, 0).expect("legal values");
     none(pass(&dark));
-    none(radiance(&dark, &Path::<DefaultParts>::default()));
+    none(radiance(&dark, &Path::default()));
     none(radiance(&dark, &Report::default()));
     none(radiance(&dark, &Published::default()));
     let resolution = MeshResolution {
@@ -164,14 +164,11 @@ fn without_emitters_it_is_dark() {
     };
     none(radiance(
         &dark,
-        &Radiosity::new(DefaultParts, &dark, resolution, &|_| true).expect("a solution"),
+        &Radiosity::new(Parts::default(), &dark, resolution, &|_| true).expect("a solution"),
     ));
     // A plane under a uniform sky reflects its albedo, and a survivor of roulette carries this
     // much.
-    let path = (
-        radiance(&sky, &Path::<DefaultParts>::default()),
-        ALBEDO / MAX_SURVIVAL,
-    );
+    let path = (radiance(&sky, &Path::default()), ALBEDO / MAX_SURVIVAL);
     for (found, brought) in [(pass(&sky), 1.0), path] {
         assert!(found.iter().any(|v| v.x > 0.0));
         for v in found {
@@ -189,7 +186,7 @@ fn limits_of_zero_mean_direct_light() {
         radiance(
             &scene,
             &Report {
-                parts: DefaultParts,
+                parts: Parts::default(),
                 rays,
                 segments,
                 rules: TransportRules::PHYSICAL,
@@ -219,7 +216,7 @@ fn limits_of_zero_mean_direct_light() {
 fn photons_without_number_or_radius_are_refused() {
     let scene = simple::cornell().expect("a scene");
     let map = |lookup, particles, radius| {
-        PhotonMapping::new(DefaultParts, &scene, lookup, particles, radius, (1, 0))
+        PhotonMapping::new(Parts::default(), &scene, lookup, particles, radius, (1, 0))
     };
     assert_option_refused(map(Lookup::DirectVisualization, 0, 0.1), "at least 1");
     for radius in [0.0, -0.1, f64::NAN, f64::INFINITY] {
@@ -232,7 +229,7 @@ fn photons_without_number_or_radius_are_refused() {
             caustic_radius: radius,
         };
         assert_option_refused(map(gather, 10, 0.1), "radius above 0");
-        let (parts, particles) = (DefaultParts, 10);
+        let (parts, particles) = (Parts::default(), 10);
         assert_option_refused(
             Sppm {
                 parts,
@@ -249,7 +246,7 @@ fn photons_without_number_or_radius_are_refused() {
     };
     assert_option_refused(map(gather, 10, 0.1), "at least 1");
     let sppm = Sppm {
-        parts: DefaultParts,
+        parts: Parts::default(),
         particles: 0,
         radius: 0.1,
     };

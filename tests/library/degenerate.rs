@@ -211,11 +211,11 @@ fn renders(scene: &Scene, text: &str, far_apart: bool) {
     ] {
         let path = Path {
             specular_nee,
-            ..Path::<DefaultParts>::new(DefaultParts, strategy)
+            ..Path::new(strategy)
         };
         let alone = Path {
             specular_nee,
-            ..Path::new(ScalarParts, strategy)
+            ..Path::new(strategy).with_parts(Parts::replaced(&ScalarParts))
         };
         let one_by_one = film_unless_refused(
             rendered(scene, &alone, FRAME, sampling, &[0..1]),
@@ -240,7 +240,7 @@ fn renders(scene: &Scene, text: &str, far_apart: bool) {
     }
     let area = Path {
         lights: LightSampling::SolidAngle,
-        ..Path::<DefaultParts>::new(DefaultParts, Finds::Mis)
+        ..Path::new(Finds::Mis)
     };
     film_unless_refused(
         rendered(scene, &area, FRAME, sampling, &[0..1]),
@@ -268,7 +268,7 @@ fn renders(scene: &Scene, text: &str, far_apart: bool) {
         text,
     );
     let photons = PhotonMapping::new(
-        DefaultParts,
+        Parts::default(),
         scene,
         Lookup::DirectVisualization,
         20,
@@ -281,17 +281,12 @@ fn renders(scene: &Scene, text: &str, far_apart: bool) {
         text,
     );
     film_unless_refused(
-        passes(scene, &Bdpt::new(DefaultParts), FRAME, &[0..1]),
+        passes(scene, &Bdpt::new(Parts::default()), FRAME, &[0..1]),
         "bdpt",
         text,
     );
     film_unless_refused(
-        passes(
-            scene,
-            &LightTracer::<DefaultParts>::default(),
-            FRAME,
-            &[0..1],
-        ),
+        passes(scene, &LightTracer::default(), FRAME, &[0..1]),
         "light tracer",
         text,
     );
@@ -299,7 +294,7 @@ fn renders(scene: &Scene, text: &str, far_apart: bool) {
         passes(
             scene,
             &Sppm {
-                parts: DefaultParts,
+                parts: Parts::default(),
                 particles: 20,
                 radius: 0.1,
             },

@@ -173,9 +173,9 @@ fn lanes_follow_a_map() {
                 .expect("legal values");
             film
         };
-        let estimator = LaneEstimator::Path(Path::new(DefaultParts, strategy));
+        let estimator = LaneEstimator::Path(Path::new(strategy));
         let rays = film(&RayRenderer {
-            estimator: Path::new(ScalarParts, strategy),
+            estimator: Path::new(strategy).with_parts(Parts::replaced(&ScalarParts)),
             sampling,
         });
         assert_eq!(

@@ -12,18 +12,16 @@ const LIGHTS: [LightSampling; 2] = [LightSampling::Area, LightSampling::SolidAng
 #[derive(Clone, Copy, Debug, Default)]
 struct Unweighted;
 
+default_parts!(Unweighted: Scattering, NextEvent, Photons, Bidirectional, FiniteElements);
+
 impl Roulette for Unweighted {
     fn roulette_weight(&self, _: f64) -> f64 {
         1.0
     }
 }
 
-impl Scattering for Unweighted {}
-impl NextEvent for Unweighted {}
-impl Bidirectional for Unweighted {}
-
 /// Returns the values of paths from the scene's camera through random points of the image.
-fn values<E: Estimator>(name: &str, scene: &Scene, estimator: &E, count: usize) -> Vec<DVec3> {
+fn values(name: &str, scene: &Scene, estimator: &dyn Estimator, count: usize) -> Vec<DVec3> {
     let mut rng = rng(name);
     (0..count)
         .map(|_| {
@@ -49,7 +47,7 @@ fn assert_all_or_nothing(name: &str, values: &[DVec3], expected: f64) {
 
 #[test]
 fn paths_in_a_uniform_environment_see_it() {
-    let path = Path::new(Unweighted, Strategy::Mis);
+    let path = Path::new(Strategy::Mis).with_parts(Parts::replaced(&Unweighted));
     let scene = simple::environment().expect("a scene");
     assert_all_or_nothing("around", &values("environment", &scene, &path, 5000), 1.0);
     let scene = simple::glass_cube(false).expect("a scene");
@@ -63,7 +61,7 @@ fn paths_in_a_uniform_environment_see_it() {
 #[test]
 fn paths_inside_glass_see_the_squared_index() {
     // Rays that meet the faces at right angles leave at once, except for R = 4 %.
-    let path = Path::new(Unweighted, Strategy::Mis);
+    let path = Path::new(Strategy::Mis).with_parts(Parts::replaced(&Unweighted));
     let scene = simple::glass_cube(true).expect("a scene");
     let mut rng = rng("inside glass");
     let values: Vec<_> = (0..3000)
@@ -75,7 +73,7 @@ fn paths_inside_glass_see_the_squared_index() {
         .collect();
     assert_all_or_nothing("inside glass", &values, 2.25);
     // Only the camera's half of the bidirectional paths: nothing but the background emits.
-    let bdpt = Bdpt::new(Unweighted);
+    let bdpt = Bdpt::new(Parts::replaced(&Unweighted));
     let pass = |index| bdpt.pass(&scene, [16, 12], master(), index);
     let values: Vec<_> = (0..16)
         .flat_map(|index| pass(index).expect("an image"))
@@ -120,7 +118,7 @@ fn emitters_are_seen_under_each_rule() {
     let back = Ray::new(DVec3::new(4.0, 0.0, 4.9995), -DVec3::Z);
     let mut rng = rng("emitters");
     let scene = room::report(Convention::Physical, OrenNayarForm::Corrected).expect("the room");
-    let path = Path::new(Unweighted, Strategy::Mis);
+    let path = Path::new(Strategy::Mis).with_parts(Parts::replaced(&Unweighted));
     let whitted = Whitted::new(TransportRules::PHYSICAL);
     let report = Report::default();
     for (ray, radiance, shown) in [(front, 50.0, 1.0), (back, 0.0, 0.0)] {
@@ -148,7 +146,7 @@ fn facing_mirrors_end() {
     let mut found = values(
         "facing mirrors",
         &scene,
-        &Path::new(Unweighted, Strategy::Mis),
+        &Path::new(Strategy::Mis).with_parts(Parts::replaced(&Unweighted)),
         1000,
     );
     found.extend(values("facing mirrors", &scene, &Report::default(), 100));
@@ -241,7 +239,7 @@ fn each_strategy_finds_its_share_of_direct_light() {
             let path = Path {
                 lights,
                 heuristic,
-                ..Path::new(Unweighted, strategy)
+                ..Path::new(strategy).with_parts(Parts::replaced(&Unweighted))
             };
             let mut rng = stream(master(), i, 0);
             let found = path.radiance(&scene, &ray, Some(floor), &mut rng.clone()).x;

@@ -11,7 +11,7 @@ use crate::prelude::*;
 pub const UNIT_ROUNDOFF: f64 = f64::EPSILON / 2.0;
 
 /// Draws a uniform number in [low, high).
-pub fn between<R: Rng>(rng: &mut R, low: f64, high: f64) -> f64 {
+pub fn between<R: Rng + ?Sized>(rng: &mut R, low: f64, high: f64) -> f64 {
     low + (high - low) * uniform(rng)
 }
 
@@ -21,7 +21,7 @@ pub fn unit_vector<R: Rng>(rng: &mut R) -> DVec3 {
 }
 
 /// Draws a point of the cube [−half, half]³.
-pub fn in_cube<R: Rng>(rng: &mut R, half: f64) -> DVec3 {
+pub fn in_cube<R: Rng + ?Sized>(rng: &mut R, half: f64) -> DVec3 {
     DVec3::from_array([0; 3].map(|_| between(rng, -half, half)))
 }
 
@@ -254,9 +254,9 @@ pub fn on_threads<T: Send>(threads: usize, run: impl FnOnce() -> T + Send) -> T 
 }
 
 /// Renders these ranges of replications into a film of the frame.
-pub fn rendered<E: Estimator>(
+pub fn rendered(
     scene: &Scene,
-    estimator: &E,
+    estimator: &dyn Estimator,
     frame: [u32; 2],
     sampling: Sampling,
     ranges: &[Range<u32>],
@@ -276,9 +276,9 @@ pub fn rendered<E: Estimator>(
 }
 
 /// Renders these ranges of passes into a film of the frame.
-pub fn passes<E: ImageEstimator>(
+pub fn passes(
     scene: &Scene,
-    estimator: &E,
+    estimator: &dyn ImageEstimator,
     frame: [u32; 2],
     ranges: &[Range<u32>],
 ) -> Result<Film, Error> {
@@ -316,12 +316,16 @@ pub fn assert_option_refused<T>(result: Result<T, Error>, hint: &str) {
     }
 }
 
+/// Implements traits of parts by their defaults.
+macro_rules! default_parts {
+    ($kind:ty: $($group:ident),*) => {
+        $(impl $group for $kind {})*
+    };
+}
+pub(crate) use default_parts;
+
 /// The standard parts as another type, so that their scalar functions are called lane by lane.
 #[derive(Clone, Copy, Debug)]
 pub struct ScalarParts;
 
-impl Scattering for ScalarParts {}
-impl Roulette for ScalarParts {}
-impl NextEvent for ScalarParts {}
-impl Photons for ScalarParts {}
-impl Bidirectional for ScalarParts {}
+default_parts!(ScalarParts: Scattering, Roulette, NextEvent, Photons, Bidirectional, FiniteElements);

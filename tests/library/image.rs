@@ -156,7 +156,7 @@ fn exr_says_where_the_camera_is_and_what_features_measure() {
     };
     render(
         &scene,
-        &whitefurnace::integrator::Path::<DefaultParts>::default(),
+        &whitefurnace::integrator::Path::default(),
         sampling,
         &mut film,
         &(0..1),

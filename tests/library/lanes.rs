@@ -45,7 +45,7 @@ fn assert_same(scene: &Scene, lanes: LaneEstimator, sampling: Sampling, empty: F
     for range in [0..1, 1..replications] {
         match lanes {
             LaneEstimator::Path(path) => {
-                let path = path.with_parts(ScalarParts);
+                let path = path.with_parts(Parts::replaced(&ScalarParts));
                 render(scene, &path, sampling, &mut alone, &range, &|_| true)
             }
             LaneEstimator::Report(Report {
@@ -55,7 +55,7 @@ fn assert_same(scene: &Scene, lanes: LaneEstimator, sampling: Sampling, empty: F
                 ..
             }) => {
                 let report = Report {
-                    parts: ScalarParts,
+                    parts: Parts::replaced(&ScalarParts),
                     rays,
                     segments,
                     rules,
@@ -66,7 +66,7 @@ fn assert_same(scene: &Scene, lanes: LaneEstimator, sampling: Sampling, empty: F
                 segments, rules, ..
             }) => {
                 let whitted = Whitted {
-                    parts: ScalarParts,
+                    parts: Parts::replaced(&ScalarParts),
                     segments,
                     rules,
                 };
@@ -110,7 +110,7 @@ fn images_have_the_same_bits() {
                 let path = Path {
                     lights,
                     heuristic,
-                    ..Path::new(DefaultParts, strategy)
+                    ..Path::new(strategy)
                 };
                 assert_same_film(scene, LaneEstimator::Path(path), plain, None);
             }
@@ -118,7 +118,7 @@ fn images_have_the_same_bits() {
         let path = Path {
             rr_depth: 2,
             specular_nee: true,
-            ..Path::new(DefaultParts, Finds::Mis)
+            ..Path::new(Finds::Mis)
         };
         for (lights, heuristic) in [
             (LightSampling::Area, Heuristic::Balance),
@@ -249,17 +249,17 @@ fn radiances_are_those_of_each_ray_alone() {
             Sample {
                 ray,
                 hit: scene.intersect(&ray),
-                rng,
+                rng: rng.into(),
             }
         };
         let path = Path {
             specular_nee: true,
-            ..Path::new(DefaultParts, Finds::Mis)
+            ..Path::new(Finds::Mis)
         };
         let each = |Sample { ray, hit, mut rng }| path.radiance(&scene, &ray, hit, &mut rng);
         let alone: Vec<DVec3> = (0..100).map(sample).map(each).collect();
         assert_eq!(
-            path.radiances(&scene, (0..100).map(sample)),
+            path.radiances(&scene, &mut (0..100).map(sample)),
             alone,
             "{}",
             scene.name()
@@ -303,7 +303,7 @@ fn what_is_no_radiance_is_an_error_at_its_pixel() {
             seed: 1,
             silhouettes: false,
         };
-        let path = Path::new(DefaultParts, Finds::Mis);
+        let path = Path::new(Finds::Mis);
         let film = || Film::new([1, 1], None, 16).expect("a legal size");
         let alone = render(&scene, &path, sampling, &mut film(), &(0..1), &|_| true)
             .expect_err("an invalid radiance");
@@ -330,7 +330,7 @@ fn what_is_no_radiance_is_an_error_at_its_pixel() {
 fn rows_are_reported() {
     let (scene, path) = (
         room_of_all_materials(),
-        LaneEstimator::Path(Path::new(DefaultParts, Finds::Mis)),
+        LaneEstimator::Path(Path::new(Finds::Mis)),
     );
     let sampling = Sampling {
         pixel: Random,

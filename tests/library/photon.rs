@@ -95,7 +95,7 @@ fn a_kd_tree_knows_about_where_points_are() {
 }
 
 fn photons(kept: PhotonMapKind, scene: &Scene, emitted: u32) -> Vec<Photon> {
-    PhotonMap::new(&DefaultParts, scene, kept, emitted, (3, 1))
+    PhotonMap::new(Parts::default(), scene, kept, emitted, (3, 1))
         .expect("a small map")
         .photons()
         .copied()
@@ -134,12 +134,25 @@ fn a_map_that_would_not_fit_memory_is_refused_before_it_is_made() {
     let scene = furnace(0.0);
     let each = size_of::<(DVec3, Photon)>() + KdTree::<Photon>::BYTES;
     let most = (MAX_MAP_MEMORY / each) as u32;
-    let check =
-        |emitted| PhotonMap::check(&DefaultParts, &scene, PhotonMapKind::All, emitted, (1, 0));
+    let check = |emitted| {
+        PhotonMap::check(
+            Parts::default(),
+            &scene,
+            PhotonMapKind::All,
+            emitted,
+            (1, 0),
+        )
+    };
     assert!(check(most).is_ok());
     assert_option_refused(check(most + 1), "about 4 GB of photons, more than the 4 GB");
     assert_option_refused(
-        PhotonMap::new(&DefaultParts, &scene, PhotonMapKind::All, u32::MAX, (1, 0)),
+        PhotonMap::new(
+            Parts::default(),
+            &scene,
+            PhotonMapKind::All,
+            u32::MAX,
+            (1, 0),
+        ),
         "GB",
     );
 }
@@ -153,8 +166,9 @@ fn photons_are_looked_up_for_many_samples_as_for_one() {
         caustic_radius: 0.2,
     };
     for lookup in [Lookup::DirectVisualization, gather] {
-        let photons = PhotonMapping::new(DefaultParts, &scene, lookup, 4000, 0.2, (master(), 0))
-            .expect("a map");
+        let photons =
+            PhotonMapping::new(Parts::default(), &scene, lookup, 4000, 0.2, (master(), 0))
+                .expect("a map");
         let samples = || {
             (0..400).map(|i| {
                 let ray =
@@ -171,7 +185,7 @@ fn photons_are_looked_up_for_many_samples_as_for_one() {
         let alone = samples()
             .map(|Sample { ray, hit, mut rng }| photons.radiance(&scene, &ray, hit, &mut rng));
         let alone: Vec<DVec3> = alone.collect();
-        assert_eq!(photons.radiances(&scene, samples()), alone);
+        assert_eq!(photons.radiances(&scene, &mut samples()), alone);
         assert!(
             alone
                 .iter()
@@ -209,6 +223,8 @@ fn the_radius_of_a_pass_is_a_quotient_of_gamma_functions() {
 /// nothing. The field says whether final gathering counts emitters.
 #[derive(Clone, Copy)]
 struct SinglePhoton(bool);
+
+default_parts!(SinglePhoton: Bidirectional, FiniteElements);
 
 impl Scattering for SinglePhoton {
     fn fresnel(&self, _: f64, _: f64, _: f64) -> f64 {
@@ -279,6 +295,7 @@ fn one_photon_is_seen_in_every_way() {
         caustic_radius,
     };
     let seen = |scene: &Scene, parts: SinglePhoton, lookup: Lookup, ray: &Ray| {
+        let parts = Parts::replaced(&parts);
         let photons = PhotonMapping::new(parts, scene, lookup, 1, radius, (1, 0)).expect("a map");
         photons
             .radiance(scene, ray, scene.intersect(ray), &mut stream(1, 0, 0))
@@ -330,7 +347,7 @@ fn one_photon_is_seen_in_every_way() {
     let scene = plain.with_camera(camera).expect("a scene");
     for index in 0..3 {
         let sppm = Sppm {
-            parts: SinglePhoton(false),
+            parts: Parts::replaced(&SinglePhoton(false)),
             particles: 1,
             radius,
         };

@@ -12,8 +12,8 @@ use crate::prelude::*;
 
 const FRAME: [u32; 2] = [24, 18];
 
-fn path() -> Path {
-    Path::<DefaultParts>::default()
+fn path() -> Path<'static> {
+    Path::default()
 }
 
 fn sampling(pixel: PixelSampling) -> Sampling {
@@ -30,11 +30,11 @@ fn film(pixel: PixelSampling, window: Option<Window>) -> Film {
 }
 
 /// Renders the given ranges of replications into a film.
-fn divided<E: Estimator>(scene: &Scene, estimator: &E, ranges: &[Range<u32>]) -> Film {
+fn divided(scene: &Scene, estimator: &dyn Estimator, ranges: &[Range<u32>]) -> Film {
     rendered(scene, estimator, FRAME, sampling(Random), ranges).expect("legal radiance")
 }
 
-fn whole<E: Estimator>(scene: &Scene, estimator: &E, pixel: PixelSampling) -> Film {
+fn whole(scene: &Scene, estimator: &dyn Estimator, pixel: PixelSampling) -> Film {
     rendered(scene, estimator, FRAME, sampling(pixel), &[0..4]).expect("legal radiance")
 }
 
@@ -99,7 +99,7 @@ fn windows_are_crops() {
 struct Slopes;
 
 impl Estimator for Slopes {
-    fn radiance<R: Sampler>(&self, scene: &Scene, ray: &Ray, hit: Option<Hit>, _: &mut R) -> DVec3 {
+    fn radiance(&self, scene: &Scene, ray: &Ray, hit: Option<Hit>, _: &mut dyn Sampler) -> DVec3 {
         assert_eq!(hit, scene.intersect(ray), "the hit belongs to the ray");
         let d = ray.direction / -ray.direction.x;
         DVec3::new(d.y + 2.0, d.z + 2.0, 0.0)
@@ -165,13 +165,13 @@ fn passes_see_a_lamp_in_its_pixel() {
         panel(scene, corner, [below - corner, right - corner], lamp(2.0));
     });
     let sppm = Sppm {
-        parts: DefaultParts,
+        parts: Parts::default(),
         particles: 1,
         radius: 0.1,
     };
-    let tracer = LightTracer::<DefaultParts>::default();
+    let tracer = LightTracer::default();
     let images = |index| {
-        let bdpt = Bdpt::new(DefaultParts).pass(&scene, FRAME, master(), index);
+        let bdpt = Bdpt::new(Parts::default()).pass(&scene, FRAME, master(), index);
         [
             bdpt,
             sppm.pass(&scene, FRAME, master(), index),
@@ -252,13 +252,14 @@ fn features_are_the_same_for_every_estimator() {
     let ways = [Centre, Grid(2), Random, Jitter(2)];
     let mis = ways.map(|pixel| whole(&scene, &path(), pixel));
     let lookup = Lookup::DirectVisualization;
-    let photons =
-        PhotonMapping::new(DefaultParts, &scene, lookup, 100, 0.3, (1, 0)).expect("a small map");
+    let photons = PhotonMapping::new(Parts::default(), &scene, lookup, 100, 0.3, (1, 0))
+        .expect("a small map");
     let resolution = MeshResolution {
         patches: 40,
         halvings: 0,
     };
-    let solved = Radiosity::new(DefaultParts, &scene, resolution, &|_| true).expect("it settles");
+    let solved =
+        Radiosity::new(Parts::default(), &scene, resolution, &|_| true).expect("it settles");
     for (pixel, mis) in ways.into_iter().zip(&mis) {
         for (name, film) in [
             ("report", whole(&scene, &Report::default(), pixel)),
@@ -276,24 +277,18 @@ fn features_are_the_same_for_every_estimator() {
     // Whole images at random points, with as many passes as there were replications.
     let images = |ranges: &[Range<u32>]| {
         let sppm = Sppm {
-            parts: DefaultParts,
+            parts: Parts::default(),
             particles: 100,
             radius: 0.3,
         };
         [
             (
                 "light tracer",
-                passes(
-                    &scene,
-                    &LightTracer::<DefaultParts>::default(),
-                    FRAME,
-                    ranges,
-                )
-                .expect("legal"),
+                passes(&scene, &LightTracer::default(), FRAME, ranges).expect("legal"),
             ),
             (
                 "bdpt",
-                passes(&scene, &Bdpt::new(DefaultParts), FRAME, ranges).expect("legal"),
+                passes(&scene, &Bdpt::new(Parts::default()), FRAME, ranges).expect("legal"),
             ),
             ("sppm", passes(&scene, &sppm, FRAME, ranges).expect("legal")),
         ]
@@ -311,7 +306,7 @@ fn features_are_the_same_for_every_estimator() {
 #[test]
 fn renderers_fill_films_as_the_functions_do() {
     let scene = report_room();
-    let tracer = LightTracer::<DefaultParts>::default();
+    let tracer = LightTracer::default();
     let by_rays = RayRenderer {
         estimator: path(),
         sampling: sampling(Jitter(2)),

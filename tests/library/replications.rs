@@ -54,7 +54,7 @@ fn draw(random: [f64; 2]) -> Draw {
 struct Recorder(Mutex<Vec<[u64; 4]>>);
 
 impl Estimator for Recorder {
-    fn radiance<R: Sampler>(&self, _: &Scene, _: &Ray, _: Option<Hit>, rng: &mut R) -> DVec3 {
+    fn radiance(&self, _: &Scene, _: &Ray, _: Option<Hit>, rng: &mut dyn Sampler) -> DVec3 {
         // The estimator's first numbers; those that placed the ray come from an earlier block.
         rng.block(1);
         let ([a, b], [c, d]) = (uniform2(rng), uniform2(rng));
@@ -154,6 +154,8 @@ impl Watched<'_> {
     }
 }
 
+default_parts!(Watched<'_>: Roulette, Photons, Bidirectional, FiniteElements);
+
 impl Scattering for Watched<'_> {
     fn cosine_hemisphere(&self, random: [f64; 2]) -> DVec3 {
         DefaultParts.cosine_hemisphere(self.keep(random))
@@ -166,21 +168,15 @@ impl NextEvent for Watched<'_> {
     }
 }
 
-impl Roulette for Watched<'_> {}
-impl Photons for Watched<'_> {}
-impl Bidirectional for Watched<'_> {}
-
 #[test]
 fn every_pass_draws_its_own_numbers() {
-    fn check<'a, E: ImageEstimator>(
-        seen: &'a Mutex<Vec<Draw>>,
-        name: &str,
-        estimator: impl Fn(Watched<'a>) -> E,
-    ) {
-        let estimator = estimator(Watched(seen));
+    fn check(name: &str, estimator: impl Fn(Parts<'_>) -> Box<dyn ImageEstimator + '_>) {
+        let seen = Mutex::default();
+        let parts = Watched(&seen);
+        let estimator = estimator(Parts::replaced(&parts));
         passes(
             &furnace(0.5),
-            &estimator,
+            &*estimator,
             FRAME,
             &[0..1, 1..3, 3..REPLICATIONS],
         )
@@ -193,13 +189,14 @@ fn every_pass_draws_its_own_numbers() {
         );
         assert_distinct(&draws, draws.len(), name);
     }
-    let seen = [(); 3].map(|()| Mutex::default());
-    check(&seen[0], "light tracer", |parts| LightTracer { parts });
-    check(&seen[1], "bdpt", Bdpt::new);
-    check(&seen[2], "sppm", |parts| Sppm {
-        parts,
-        particles: FRAME[0] * FRAME[1],
-        radius: 0.3,
+    check("light tracer", |parts| Box::new(LightTracer { parts }));
+    check("bdpt", |parts| Box::new(Bdpt::new(parts)));
+    check("sppm", |parts| {
+        Box::new(Sppm {
+            parts,
+            particles: FRAME[0] * FRAME[1],
+            radius: 0.3,
+        })
     });
 }
 
@@ -214,7 +211,9 @@ fn every_map_of_photons_draws_its_own_numbers() {
     // Programs identify replications by seed, passes by number.
     for (seed, pass) in [(1_u32, 0), (1, 1), (2, 0), (3, 7)] {
         let name = (seed_for(master(), &seed.to_string()), pass);
-        assert!(PhotonMapping::new(Watched(&seen), &scene, lookup, 40, 0.1, name).is_ok());
+        let watched = Watched(&seen);
+        let parts = Parts::replaced(&watched);
+        assert!(PhotonMapping::new(parts, &scene, lookup, 40, 0.1, name).is_ok());
     }
     let draws = seen.into_inner().expect("no panic");
     assert!(draws.len() >= 4 * 2 * 2 * 40);
@@ -231,13 +230,7 @@ fn more_samples_than_can_be_named_are_refused() {
             seed: 1,
             silhouettes: false,
         };
-        let found = rendered(
-            &open(),
-            &Path::<DefaultParts>::default(),
-            [1, 1],
-            sampling,
-            &[range],
-        );
+        let found = rendered(&open(), &Path::default(), [1, 1], sampling, &[range]);
         assert_option_refused(found, hint);
     };
     let end = u32::MAX;
@@ -301,7 +294,7 @@ fn edge() -> Scene {
 #[test]
 fn every_pass_of_photons_looks_through_a_point_of_its_own() {
     let sppm = Sppm {
-        parts: DefaultParts,
+        parts: Parts::default(),
         particles: 1,
         radius: 0.1,
     };

@@ -54,6 +54,8 @@ thread_local! {
 /// A policy that records its arguments, and ends paths at their fifth hit.
 struct PolicyRecorder;
 
+default_parts!(PolicyRecorder: Scattering, NextEvent, Photons, Bidirectional, FiniteElements);
+
 impl Roulette for PolicyRecorder {
     fn survival_by_throughput(&self, throughput: DVec3, early: bool) -> f64 {
         ASKED.with_borrow_mut(|asked| asked.push((throughput.x, early)));
@@ -64,9 +66,6 @@ impl Roulette for PolicyRecorder {
     }
 }
 
-impl Scattering for PolicyRecorder {}
-impl NextEvent for PolicyRecorder {}
-
 #[test]
 fn the_first_hits_of_a_path_are_early() {
     let scene = within_sphere(diffuse(0.5).emitting(DVec3::ONE));
@@ -75,7 +74,7 @@ fn the_first_hits_of_a_path_are_early() {
         ASKED.take();
         let path = Path {
             rr_depth: early,
-            ..Path::new(PolicyRecorder, Finds::Bsdf)
+            ..Path::new(Finds::Bsdf).with_parts(Parts::replaced(&PolicyRecorder))
         };
         path.radiance(
             &scene,

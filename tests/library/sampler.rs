@@ -243,6 +243,8 @@ fn independent_passes_draw_from_streams() {
 #[derive(Clone, Copy)]
 struct EndOnlyIfFaint;
 
+default_parts!(EndOnlyIfFaint: Scattering, NextEvent, Photons, Bidirectional, FiniteElements);
+
 impl Roulette for EndOnlyIfFaint {
     fn survival_by_throughput(&self, throughput: DVec3, _: bool) -> f64 {
         throughput.max_element()
@@ -254,10 +256,6 @@ impl Roulette for EndOnlyIfFaint {
         1.0
     }
 }
-
-impl Scattering for EndOnlyIfFaint {}
-impl NextEvent for EndOnlyIfFaint {}
-impl Photons for EndOnlyIfFaint {}
 
 /// Returns a cavity of mirrors that emit 1, and a ray in it.
 fn mirrors(reflectance: f64) -> (Scene, Ray) {
@@ -278,10 +276,10 @@ fn every_vertex_has_a_block_of_its_own() {
         recorder.blocks
     };
     let hit = scene.intersect(&ray);
-    let path = Path::new(EndOnlyIfFaint, Strategy::Bsdf);
+    let path = Path::new(Strategy::Bsdf).with_parts(Parts::replaced(&EndOnlyIfFaint));
     let by_path = blocks(&|rng| path.radiance(&scene, &ray, hit, rng));
     let photons = PhotonMapping::new(
-        EndOnlyIfFaint,
+        Parts::replaced(&EndOnlyIfFaint),
         &scene,
         Lookup::DirectVisualization,
         1,
@@ -305,8 +303,15 @@ fn final_gathering_takes_the_next_block() {
         caustic_particles: 1,
         caustic_radius: 0.1,
     };
-    let photons =
-        PhotonMapping::new(EndOnlyIfFaint, &scene, lookup, 1, 0.1, (1, 0)).expect("a map");
+    let photons = PhotonMapping::new(
+        Parts::replaced(&EndOnlyIfFaint),
+        &scene,
+        lookup,
+        1,
+        0.1,
+        (1, 0),
+    )
+    .expect("a map");
     let mut recorder = Constant::default();
     let ray = Ray::new(DVec3::ZERO, DVec3::X);
     photons.radiance(&scene, &ray, scene.intersect(&ray), &mut recorder);

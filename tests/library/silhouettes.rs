@@ -162,7 +162,7 @@ fn lights_in_mirrors_have_silhouettes_and_no_noise() {
         silhouettes: true,
     };
     let mut film = Film::new(frame, None, 1).expect("a legal size");
-    let path = Path::new(DefaultParts, Finds::Mis);
+    let path = Path::new(Finds::Mis);
     render(&scene, &path, sampling, &mut film, &(0..16), &|_| true).expect("legal values");
     for (here, (&marked, pixel)) in marked.iter().zip(film.pixels()).enumerate() {
         let [x, y] = [here as u32 % frame[0], here as u32 / frame[0]].map(f64::from);
@@ -416,7 +416,7 @@ fn films_take_the_points() {
     ];
     let scene = lights(&[EmitterShape::Triangle(triangle)]);
     let frame = FRAME.map(|n| 4 * n);
-    let path = Path::new(DefaultParts, Finds::Mis);
+    let path = Path::new(Finds::Mis);
     let sampling = |silhouettes| Sampling {
         pixel: Jitter(2),
         sampler: SamplerKind::Independent,

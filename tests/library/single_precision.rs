@@ -48,10 +48,10 @@ fn plain(seed: u64) -> Sampling {
 }
 
 /// Returns a path tracer without shadow rays that exempts this many first hits from roulette.
-fn walk(rr_depth: u32) -> LaneEstimator {
+fn walk(rr_depth: u32) -> LaneEstimator<'static> {
     LaneEstimator::Path(Path {
         rr_depth,
-        ..Path::new(DefaultParts, Finds::Bsdf)
+        ..Path::new(Finds::Bsdf)
     })
 }
 
@@ -226,13 +226,13 @@ const MAX_DIFFERING_SPECULAR_NEE: [(f64, f64); 2] = [(1e-3, 0.25), (1e-2, 0.06)]
 
 const FRAME: [u32; 2] = [64, 48];
 
-fn all_estimators() -> Vec<LaneEstimator> {
+fn all_estimators() -> Vec<LaneEstimator<'static>> {
     let path = |strategy, lights, heuristic, rr_depth| {
         LaneEstimator::Path(Path {
             lights,
             heuristic,
             rr_depth,
-            ..Path::new(DefaultParts, strategy)
+            ..Path::new(strategy)
         })
     };
     vec![
@@ -241,7 +241,7 @@ fn all_estimators() -> Vec<LaneEstimator> {
         LaneEstimator::Path(Path {
             specular_nee: true,
             rr_depth: 8,
-            ..Path::new(DefaultParts, Finds::Mis)
+            ..Path::new(Finds::Mis)
         }),
         path(Finds::Light, LightSampling::Area, Heuristic::Balance, 0),
         path(Finds::Bsdf, LightSampling::Area, Heuristic::Balance, 0),

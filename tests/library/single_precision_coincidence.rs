@@ -14,8 +14,8 @@ use crate::prelude::*;
 /// The largest coordinate.
 const EXTENT: f64 = 3.0;
 
-fn estimators() -> [LaneEstimator; 4] {
-    let path = |strategy| Path::new(DefaultParts, strategy);
+fn estimators() -> [LaneEstimator<'static>; 4] {
+    let path = |strategy| Path::new(strategy);
     let specular_nee = Path {
         specular_nee: true,
         ..path(Finds::Mis)

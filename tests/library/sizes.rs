@@ -60,7 +60,7 @@ fn tilted() -> Scene {
 #[test]
 fn every_shape_is_its_pixels() {
     let scene = tilted();
-    let path = Path::new(DefaultParts, Finds::Mis);
+    let path = Path::new(Finds::Mis);
     for frame in FRAMES {
         for numbers in [SamplerKind::Independent, SamplerKind::Sobol(3)] {
             let sampling = sampling(numbers);
@@ -70,7 +70,7 @@ fn every_shape_is_its_pixels() {
                 precision: Precision::Double,
             };
             let alone = RayRenderer {
-                estimator: Path::new(ScalarParts, Finds::Mis),
+                estimator: Path::new(Finds::Mis).with_parts(Parts::replaced(&ScalarParts)),
                 sampling,
             };
             let film = |window| Film::new(frame, window, numbers.samples()).expect("a legal size");
@@ -134,7 +134,7 @@ fn particles_reach_their_pixels_in_every_shape() {
     });
     for frame in FRAMES {
         let tracer = LightTracer {
-            parts: DefaultParts,
+            parts: Parts::default(),
         };
         let passes = |threads| {
             on_threads(threads, || {
@@ -179,7 +179,7 @@ fn particles_reach_their_pixels_in_every_shape() {
 #[test]
 fn many_samples_are_the_sum_of_their_parts() {
     let scene = scene(|s| s.background(DVec3::new(1.0, 0.5, 0.25)));
-    let path = Path::new(DefaultParts, Finds::Mis);
+    let path = Path::new(Finds::Mis);
     for (numbers, replications) in [
         (SamplerKind::Independent, (1 << 16) + 3),
         (SamplerKind::Sobol(MAX_POINTS), 2),

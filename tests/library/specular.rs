@@ -7,7 +7,7 @@ use crate::prelude::*;
 const STREAMS: u32 = 200;
 
 /// Returns the values of an estimator along a ray, one for each stream.
-fn values<E: Estimator>(scene: &Scene, estimator: &E, ray: &Ray) -> Vec<f64> {
+fn values(scene: &Scene, estimator: &dyn Estimator, ray: &Ray) -> Vec<f64> {
     let hit = scene.intersect(ray);
     (0..STREAMS)
         .map(|i| {
@@ -21,6 +21,8 @@ fn values<E: Estimator>(scene: &Scene, estimator: &E, ray: &Ray) -> Vec<f64> {
 /// Glass that reflects all or nothing, and paths that end at their first diffuse surface.
 #[derive(Clone, Copy)]
 struct All(f64);
+
+default_parts!(All: NextEvent, Photons, FiniteElements);
 
 impl Scattering for All {
     fn fresnel(&self, _: f64, _: f64, _: f64) -> f64 {
@@ -36,8 +38,6 @@ impl Roulette for All {
         1.0
     }
 }
-
-impl NextEvent for All {}
 
 /// Counts only next-event estimation among the strategies of bidirectional path tracing.
 impl Bidirectional for All {
@@ -68,13 +68,13 @@ fn shadow_rays_in_glass_have_the_radiance_factor() {
     let [air, dense] = [1.0, 1.5].map(|index| lit(index).with_camera(camera).expect("a scene"));
     let down = Ray::new(3.0 * DVec3::Z, -DVec3::Z);
     for strategy in [Strategy::Light, Strategy::Mis] {
-        let path = Path::new(All(0.0), strategy);
+        let path = Path::new(strategy).with_parts(Parts::replaced(&All(0.0)));
         let [found, known] = [&dense, &air].map(|scene| values(scene, &path, &down));
         assert!(known.iter().all(|value| *value > 0.0));
         let without: Vec<f64> = found.iter().map(|value| 2.25 * value).collect();
         assert_relative_eq!(without[..], known[..], max_relative = 1e-12);
     }
-    let bdpt = Bdpt::new(All(0.0));
+    let bdpt = Bdpt::new(Parts::replaced(&All(0.0)));
     for index in 0..20 {
         let [found, known] = [&dense, &air]
             .map(|scene| bdpt.pass(scene, [1, 1], master(), index).expect("legal")[0]);
@@ -92,7 +92,7 @@ fn what_glass_reflects_counts_where_shadow_rays_pass_it() {
         square(s, 99.0, 0.4, false, glass(1.5));
     });
     let report = Report {
-        parts: All(1.0),
+        parts: Parts::replaced(&All(1.0)),
         rays: 1,
         segments: 3,
         rules: TransportRules {
@@ -121,7 +121,7 @@ fn a_caustic_ends_at_its_first_diffuse_surface() {
         square(s, 0.1, 0.2, true, lamp(4.0));
     });
     let map = PhotonMap::new(
-        &DefaultParts,
+        Parts::default(),
         &scene,
         PhotonMapKind::Caustic,
         STREAMS,
@@ -150,13 +150,13 @@ fn the_background_is_seen_straight_in_mirrors_and_through_glass() {
     ] {
         let report = Report {
             rules,
-            parts: All(0.0),
+            parts: Parts::replaced(&All(0.0)),
             rays: 1,
             segments: 7,
         };
         let whitted = Whitted {
             rules,
-            parts: All(0.0),
+            parts: Parts::replaced(&All(0.0)),
             segments: 7,
         };
         for (scene, ray, seen) in [

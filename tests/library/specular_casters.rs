@@ -117,12 +117,12 @@ fn on_patch(bounces: Option<u32>, parts: &[&dyn Fn(&mut SceneBuilder)]) -> f64 {
     let path = Path {
         specular_nee: true,
         bounces,
-        ..Path::new(DefaultParts, Finds::Mis)
+        ..Path::new(Finds::Mis)
     };
     let one_by_one = Path {
         specular_nee: true,
         bounces,
-        ..Path::new(ScalarParts, Finds::Mis)
+        ..Path::new(Finds::Mis).with_parts(Parts::replaced(&ScalarParts))
     };
     let alone = rendered(&scene, &one_by_one, [16, 16], sampling, &[0..40]).expect("legal values");
     let mut together = Film::new([16, 16], None, 1).expect("a film");
@@ -198,14 +198,13 @@ fn every_segment_of_a_connection_is_tested_for_visibility_and_counted() {
 #[derive(Clone, Copy, Debug, Default)]
 struct NoWeight;
 
+default_parts!(NoWeight: Scattering, Roulette, Photons, Bidirectional, FiniteElements);
+
 impl NextEvent for NoWeight {
     fn mis_weight(&self, _: f64, _: f64) -> f64 {
         f64::NAN
     }
 }
-
-impl Roulette for NoWeight {}
-impl Scattering for NoWeight {}
 
 /// A path that enters a ball and leaves another that overlaps it is no specular connection: it
 /// keeps its weight.
@@ -233,7 +232,7 @@ fn a_path_between_two_overlapping_balls_is_no_connection() {
     let ray = Ray::new(DVec3::new(0.2, 0.0, 0.0), -DVec3::X);
     let path = Path {
         specular_nee: true,
-        ..Path::new(NoWeight, Finds::Mis)
+        ..Path::new(Finds::Mis).with_parts(Parts::replaced(&NoWeight))
     };
     let mut rng = rng("paths");
     let sum: f64 = (0..10_000)

@@ -1,7 +1,7 @@
 //! Tests of walks and camera rays in lanes, against scalar functions.
 
 use whitefurnace::film::splat::Splats;
-use whitefurnace::integrator::{Connections, PathParts};
+use whitefurnace::integrator::Connections;
 use whitefurnace::material::rough_glass::RoughGlass;
 use whitefurnace::sampling::sampler::ImagePass;
 
@@ -11,11 +11,7 @@ use crate::prelude::*;
 const FRAME: [u32; 2] = [29, 23];
 
 /// Returns every number that walks with these parts make.
-fn made<P: PathParts + Photons + Bidirectional + Copy>(
-    parts: P,
-    scene: &Scene,
-    pass: ImagePass,
-) -> Vec<(String, Vec<DVec3>)> {
+fn made(parts: Parts<'_>, scene: &Scene, pass: ImagePass) -> Vec<(String, Vec<DVec3>)> {
     let image = |name: &str, image: Result<Vec<DVec3>, Error>| {
         (name.to_owned(), image.expect("legal values"))
     };
@@ -42,7 +38,7 @@ fn made<P: PathParts + Photons + Bidirectional + Copy>(
     ];
     // More than a pilot has, and than a thread takes at once.
     for kept in [PhotonMapKind::All, PhotonMapKind::Caustic] {
-        let map = PhotonMap::new(&parts, scene, kept, 2500, pass).expect("a map");
+        let map = PhotonMap::new(parts, scene, kept, 2500, pass).expect("a map");
         let photons = map
             .photons()
             .flat_map(|photon| [photon.normal, photon.from, photon.flux]);
@@ -88,11 +84,11 @@ fn walks_have_the_same_bits() {
                 seed: seed_for(master(), "walks"),
                 index,
             };
-            for (together, alone) in
-                made(DefaultParts, &scene, pass)
-                    .iter()
-                    .zip(made(ScalarParts, &scene, pass))
-            {
+            for (together, alone) in made(Parts::default(), &scene, pass).iter().zip(made(
+                Parts::replaced(&ScalarParts),
+                &scene,
+                pass,
+            )) {
                 assert!(
                     *together == alone,
                     "{} by {}, {numbers:?}",
@@ -118,13 +114,13 @@ fn bidirectional_images_are_those_of_each_pixel_alone() {
     };
     for connections in [Connections::All, Connections::Endpoints] {
         let bdpt = Bdpt {
-            parts: DefaultParts,
+            parts: Parts::default(),
             connections,
         };
         let alone = Splats::new(FRAME);
         for pixel in 0..FRAME[0] * FRAME[1] {
             let place = [pixel % FRAME[0], pixel / FRAME[0]];
-            bdpt.pair(&scene, place, FRAME, &alone, pass.pixel_stream(pixel))
+            bdpt.pair(&scene, place, FRAME, &alone, &mut pass.pixel_stream(pixel))
                 .expect("legal values");
         }
         let image = on_threads(1, || bdpt.image(&scene, FRAME, pass)).expect("legal values");
@@ -137,7 +133,7 @@ fn bidirectional_images_are_those_of_each_pixel_alone() {
 fn features_have_the_same_bits() {
     for scene in scenes().into_iter().chain([rough_glass_ball()]) {
         let tracer = LightTracer {
-            parts: DefaultParts,
+            parts: Parts::default(),
         };
         let together = passes(&scene, &tracer, FRAME, &[0..1, 1..3]).expect("legal values");
         let sampling = Sampling {

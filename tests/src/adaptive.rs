@@ -55,7 +55,7 @@ fn nothing() -> Arc<Scene> {
 struct Noise;
 
 impl Estimator for Noise {
-    fn radiance<R: Sampler>(&self, _: &Scene, ray: &Ray, _: Option<Hit>, rng: &mut R) -> DVec3 {
+    fn radiance(&self, _: &Scene, ray: &Ray, _: Option<Hit>, rng: &mut dyn Sampler) -> DVec3 {
         let [rare, even] = uniform2(rng);
         brightness(column(ray))
             * DVec3::new(if rare < 0.0625 { 16.0 } else { 0.0 }, 2.0 * even, 0.0)

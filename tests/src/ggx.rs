@@ -117,16 +117,16 @@ fn on_a_floor(context: &Context, parts: GgxParts) -> Vec<Outcome> {
         floor(s, Bsdf::model(Assembled(metal, parts)));
     });
     let ray = ray_to_origin_at(INCLINATION);
-    let path = Path::new(DefaultParts, Strategy::Bsdf);
+    let path = Path::new(Strategy::Bsdf);
     let wo = from_spherical(INCLINATION, 0.0);
     let reference = reflected(metal, wo);
     let mut radiance = in_batches(context.seed_of("radiance"), |rngs| {
         path.radiances(
             &scene,
-            rngs.map(|rng| Sample {
+            &mut rngs.map(|rng| Sample {
                 ray,
                 hit: None,
-                rng,
+                rng: rng.into(),
             }),
         )
     });

@@ -117,11 +117,7 @@ struct Lobe {
 }
 
 impl Property for Lobe {
-    fn run<P: EstimatorParts + Copy>(
-        &self,
-        context: &Context,
-        setup: Configuration<P>,
-    ) -> Vec<Outcome> {
+    fn run(&self, context: &Context, setup: Configuration<'_>) -> Vec<Outcome> {
         let mut radiance = self.probe.radiances(setup, context.seed_of("lobes"));
         let n = context.n(self.samples);
         let k = (0..n).filter(|_| radiance().x > 0.0).count() as u64;

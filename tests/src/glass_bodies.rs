@@ -53,11 +53,7 @@ struct Vanishing {
 const RAYS: u64 = 2_000;
 
 impl Property for Vanishing {
-    fn run<P: EstimatorParts + Copy>(
-        &self,
-        context: &Context,
-        setup: Configuration<P>,
-    ) -> Vec<Outcome> {
+    fn run(&self, context: &Context, setup: Configuration<'_>) -> Vec<Outcome> {
         let mut rng = context.rng("rays");
         let mut worst = 0.0_f64;
         for _ in 0..RAYS {

@@ -21,9 +21,9 @@ pub enum ImageEstimatorKind {
 
 impl ImageEstimatorKind {
     /// Renders one pass; `None` if it has values that no film can hold, which is a fault.
-    pub fn pass<P: EstimatorParts>(
+    pub fn pass(
         self,
-        parts: P,
+        parts: Parts<'_>,
         scene: &Scene,
         frame: [u32; 2],
         pass: ImagePass,
@@ -88,10 +88,10 @@ pub struct Passes {
 impl Passes {
     /// Returns the values of the mean [`mean_channel`] of each region, one per replication. Cubes
     /// are summed about the number beside the region.
-    fn means<P: EstimatorParts + Copy>(
+    fn means(
         &self,
         context: &Context,
-        parts: P,
+        parts: Parts<'_>,
         regions: &[(Region, f64)],
     ) -> Option<Vec<Values>> {
         let [width, height] = self.frame;
@@ -157,11 +157,7 @@ struct MeanImage {
 }
 
 impl Property for MeanImage {
-    fn run<P: EstimatorParts + Copy>(
-        &self,
-        context: &Context,
-        setup: Configuration<P>,
-    ) -> Vec<Outcome> {
+    fn run(&self, context: &Context, setup: Configuration<'_>) -> Vec<Outcome> {
         let Some(means) = self.passes.means(context, setup.parts, &self.regions) else {
             return not_an_image();
         };
@@ -233,18 +229,14 @@ impl SameAsPath {
             let [column, row] = [pixel % width, pixel / width].map(f64::from);
             let ray = scene.camera().ray(*frame, column + x, row + y);
             let hit = scene.intersect(&ray);
-            sum += Path::<DefaultParts>::default().radiance(scene, &ray, hit, rng);
+            sum += Path::default().radiance(scene, &ray, hit, rng);
         }
         mean_channel(scene, sum) / f64::from(width * height)
     }
 }
 
 impl Property for SameAsPath {
-    fn run<P: EstimatorParts + Copy>(
-        &self,
-        context: &Context,
-        setup: Configuration<P>,
-    ) -> Vec<Outcome> {
+    fn run(&self, context: &Context, setup: Configuration<'_>) -> Vec<Outcome> {
         let mut rng = context.rng("path tracer");
         let frames = context.n(self.frames);
         let path = Values::collect(0.0, frames, || self.frame(&mut rng));

@@ -23,11 +23,11 @@ pub(super) struct Frames<'a> {
 
 /// Renders a film with every ray through its pixel's centre, so that edges add no noise; `None` if
 /// the estimator returns a value that no film can hold, which is a fault.
-pub(super) fn film<E: Estimator>(
+pub(super) fn film(
     context: &Context,
     part: &str,
     frames: &Frames,
-    estimator: &E,
+    estimator: &dyn Estimator,
 ) -> Option<Film> {
     let Frames {
         scene,
@@ -63,11 +63,11 @@ pub(super) struct PixelMoments {
 impl PixelMoments {
     /// Renders replication by replication, because a film keeps neither covariances of channels nor
     /// third moments.
-    pub fn render<E: Estimator>(
+    pub fn render(
         context: &Context,
         part: &str,
         frames: &Frames,
-        estimator: &E,
+        estimator: &dyn Estimator,
     ) -> Option<Self> {
         let size = frames.size;
         let mut pixels = vec![Values::new(0.0); (size[0] * size[1]) as usize];
@@ -100,16 +100,16 @@ impl PixelMoments {
 }
 
 /// Renders the images of an estimator and of the path tracer.
-fn with_path<E: Estimator>(
+fn with_path(
     context: &Context,
     part: &str,
     frames: &Frames,
-    estimator: &E,
+    estimator: &dyn Estimator,
 ) -> Option<[PixelMoments; 2]> {
     let image = PixelMoments::render(context, part, frames, estimator)?;
     Some([
         image,
-        PixelMoments::render(context, "path", frames, &Path::<DefaultParts>::default())?,
+        PixelMoments::render(context, "path", frames, &Path::default())?,
     ])
 }
 
@@ -144,11 +144,7 @@ const FURNACE_SIZE: [u32; 2] = [48, 16];
 const FURNACE_REPLICATIONS: u64 = 24_000;
 
 impl Property for WhiteFurnace {
-    fn run<P: EstimatorParts + Copy>(
-        &self,
-        context: &Context,
-        setup: Configuration<P>,
-    ) -> Vec<Outcome> {
+    fn run(&self, context: &Context, setup: Configuration<'_>) -> Vec<Outcome> {
         let parts = setup.parts;
         // One value per replication of the whole film: a mean of many pixels, nearly normal.
         let mut values = Values::new(1.0);
@@ -159,7 +155,12 @@ impl Property for WhiteFurnace {
                 size: FURNACE_SIZE,
                 replications: 0..1,
             };
-            let Some(film) = film(context, &part, &frames, &Path::new(parts, Strategy::Mis)) else {
+            let Some(film) = film(
+                context,
+                &part,
+                &frames,
+                &Path::new(Strategy::Mis).with_parts(parts),
+            ) else {
                 return not_a_film();
             };
             let sum: DVec3 = film.pixels().iter().map(Pixel::mean).sum();
@@ -210,11 +211,7 @@ fn coloured_room() -> Arc<Scene> {
 const FLATNESS: f64 = 0.25;
 
 impl Property for SameImage {
-    fn run<P: EstimatorParts + Copy>(
-        &self,
-        context: &Context,
-        setup: Configuration<P>,
-    ) -> Vec<Outcome> {
+    fn run(&self, context: &Context, setup: Configuration<'_>) -> Vec<Outcome> {
         let n = context.n(ROOM_REPLICATIONS) as u32;
         let report = Report {
             parts: setup.parts,
@@ -246,11 +243,7 @@ const CONVEX_SIZE: [u32; 2] = [32, 32];
 const CONVEX_REPLICATIONS: u64 = 2_600;
 
 impl Property for Convex {
-    fn run<P: EstimatorParts + Copy>(
-        &self,
-        context: &Context,
-        setup: Configuration<P>,
-    ) -> Vec<Outcome> {
+    fn run(&self, context: &Context, setup: Configuration<'_>) -> Vec<Outcome> {
         let n = context.n(CONVEX_REPLICATIONS) as u32;
         let whitted = Whitted {
             parts: setup.parts,
@@ -290,11 +283,7 @@ const CAVITY_SIZE: [u32; 2] = [20, 15];
 const CAVITY_REPLICATIONS: u64 = 5_200;
 
 impl Property for SameStrategies {
-    fn run<P: EstimatorParts + Copy>(
-        &self,
-        context: &Context,
-        setup: Configuration<P>,
-    ) -> Vec<Outcome> {
+    fn run(&self, context: &Context, setup: Configuration<'_>) -> Vec<Outcome> {
         let n = context.n(CAVITY_REPLICATIONS) as u32;
         let frames = Frames {
             scene: &self.0,
@@ -302,7 +291,7 @@ impl Property for SameStrategies {
             replications: 0..n,
         };
         let [bsdf, light, mis] = [Strategy::Bsdf, Strategy::Light, Strategy::Mis].map(|strategy| {
-            let path = Path::new(setup.parts, strategy);
+            let path = Path::new(strategy).with_parts(setup.parts);
             PixelMoments::render(context, &format!("{strategy:?}"), &frames, &path)
         });
         let (Some(bsdf), Some(light), Some(mis)) = (bsdf, light, mis) else {

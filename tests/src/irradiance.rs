@@ -210,10 +210,8 @@ fn strategies() -> Vec<FamilyTrial<EstimatorSubject>> {
             "integrator::Path",
             "t",
             move |context: &Context, subject: EstimatorSubject| {
-                mean.run(
-                    context,
-                    subject.with(alone(subject.parts.unwrap_or(CORRECT))),
-                )
+                let subject = subject.with(alone(subject.parts.unwrap_or(CORRECT)));
+                mean.run(context, subject.configuration())
             },
         )
     };
@@ -258,11 +256,7 @@ const ARGUMENTS: u64 = 10_000;
 pub(super) struct Weights(pub Heuristic);
 
 impl Property for Weights {
-    fn run<P: EstimatorParts + Copy>(
-        &self,
-        context: &Context,
-        setup: Configuration<P>,
-    ) -> Vec<Outcome> {
+    fn run(&self, context: &Context, setup: Configuration<'_>) -> Vec<Outcome> {
         let (power, parts) = (self.0 == Heuristic::Power, setup.parts);
         let (stream, proportion) = if power {
             ("power weights", "squares")
@@ -318,11 +312,7 @@ struct Picks {
 }
 
 impl Property for Picks {
-    fn run<P: EstimatorParts + Copy>(
-        &self,
-        context: &Context,
-        setup: Configuration<P>,
-    ) -> Vec<Outcome> {
+    fn run(&self, context: &Context, setup: Configuration<'_>) -> Vec<Outcome> {
         let mut rng = context.rng(if self.by_flux.is_some() {
             "picks"
         } else {

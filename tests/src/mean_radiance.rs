@@ -87,11 +87,7 @@ const POINTS: u16 = 16;
 const BATCH_SIZE: u32 = 16;
 
 impl Property for MeanRadiance {
-    fn run<P: EstimatorParts + Copy>(
-        &self,
-        context: &Context,
-        setup: Configuration<P>,
-    ) -> Vec<Outcome> {
+    fn run(&self, context: &Context, setup: Configuration<'_>) -> Vec<Outcome> {
         let Probe { scene, kind, .. } = &self.probe;
         let outcome = match self.draws {
             Draws::Rays(n) => {

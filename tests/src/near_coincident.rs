@@ -110,11 +110,7 @@ fn covered_lens(is_reversed: bool) -> Arc<Scene> {
 struct Covered([(&'static str, [Probe; 2]); 5]);
 
 impl Property for Covered {
-    fn run<P: EstimatorParts + Copy>(
-        &self,
-        context: &Context,
-        setup: Configuration<P>,
-    ) -> Vec<Outcome> {
+    fn run(&self, context: &Context, setup: Configuration<'_>) -> Vec<Outcome> {
         let n = context.arguments(5_000);
         let outcome = |(name, probes): &(&str, [Probe; 2])| {
             let mut radiances = probes

@@ -246,7 +246,7 @@ fn weights_of_path(
     let shadow = [pick, random[0], random[1]];
     const ENDS: f64 = 0.999;
     let estimate = |tracer: &Tracer, strategy, numbers: &[f64]| {
-        let path = Path::new(tracer.parts, strategy);
+        let path = Path::new(strategy).with_parts(Parts::replaced(&tracer.parts));
         Path {
             lights: (tracer.lights)(lights),
             heuristic: (tracer.heuristic)(heuristic),

@@ -12,7 +12,7 @@ pub(crate) use whitefurnace::harness::domain::{Domain, Partition};
 pub(crate) use whitefurnace::harness::mean::{Values, mean};
 pub(crate) use whitefurnace::harness::outcome::{Claim, Outcome};
 pub(crate) use whitefurnace::harness::trial::Context;
-pub(crate) use whitefurnace::integrator::{DefaultParts, Estimator, Path, Strategy};
+pub(crate) use whitefurnace::integrator::{DefaultParts, Estimator, Parts, Path, Strategy};
 pub(crate) use whitefurnace::material::{Bsdf, Scattering};
 pub(crate) use whitefurnace::sampling::rng::{Stream, uniform, uniform2};
 pub(crate) use whitefurnace::scene::{Scene, SceneBuilder, Surface};
@@ -22,6 +22,6 @@ pub(crate) use crate::mean_radiance::{
     BOUNCES_DELTA, CLOSED_FORM_DELTA, IMAGE_DELTA, Rays, mean_of, means, radiance,
 };
 pub(crate) use crate::subject::{
-    CORRECT, Configuration, EstimatorKind, EstimatorParts, EstimatorSubject, PartTable, Probe,
-    Property, STANDARD, fault, parts, with_parts,
+    CORRECT, Configuration, EstimatorKind, EstimatorSubject, PartTable, Probe, Property, STANDARD,
+    fault, parts, with_parts,
 };

@@ -35,7 +35,7 @@ impl SampleRays {
         }
     }
 
-    fn report<P: EstimatorParts + Copy>(&self, setup: Configuration<P>) -> Report<P> {
+    fn report<'a>(&self, setup: Configuration<'a>) -> Report<'a> {
         let segments = setup.segments.unwrap_or(SEGMENTS);
         Report {
             parts: setup.parts,
@@ -50,19 +50,15 @@ impl SampleRays {
 struct Mean(SampleRays);
 
 impl Property for Mean {
-    fn run<P: EstimatorParts + Copy>(
-        &self,
-        context: &Context,
-        setup: Configuration<P>,
-    ) -> Vec<Outcome> {
+    fn run(&self, context: &Context, setup: Configuration<'_>) -> Vec<Outcome> {
         let reference = (1.0 - ALBEDO.powi(SEGMENTS as i32 + 1)) / (1.0 - ALBEDO);
         let mut radiance = in_batches(context.seed_of("radiance"), |rngs| {
-            let samples = rngs.map(|mut rng| Sample {
+            let mut samples = rngs.map(|mut rng| Sample {
                 ray: inside(&mut rng),
                 hit: None,
-                rng,
+                rng: rng.into(),
             });
-            self.0.report(setup).radiances(&self.0.scene, samples)
+            self.0.report(setup).radiances(&self.0.scene, &mut samples)
         });
         vec![mean_of(
             "radiance",
@@ -76,19 +72,19 @@ impl Property for Mean {
 
 /// Wraps other components' roulette and directions, and counts the directions.
 #[derive(Clone, Copy)]
-struct Counting<'a, P> {
-    parts: P,
+struct Counting<'a> {
+    parts: Parts<'a>,
     directions: &'a AtomicU64,
 }
 
-impl<P: EstimatorParts> Scattering for Counting<'_, P> {
+impl Scattering for Counting<'_> {
     fn uniform_hemisphere(&self, random: [f64; 2]) -> DVec3 {
         self.directions.fetch_add(1, Ordering::Relaxed);
         self.parts.uniform_hemisphere(random)
     }
 }
 
-impl<P: EstimatorParts> Roulette for Counting<'_, P> {
+impl Roulette for Counting<'_> {
     fn survival_by_absorption(&self, absorption: f64) -> f64 {
         self.parts.survival_by_absorption(absorption)
     }
@@ -97,10 +93,10 @@ impl<P: EstimatorParts> Roulette for Counting<'_, P> {
     }
 }
 
-impl<P: EstimatorParts> NextEvent for Counting<'_, P> {}
-impl<P: EstimatorParts> Photons for Counting<'_, P> {}
-impl<P: EstimatorParts> Bidirectional for Counting<'_, P> {}
-impl<P: EstimatorParts> FiniteElements for Counting<'_, P> {}
+impl NextEvent for Counting<'_> {}
+impl Photons for Counting<'_> {}
+impl Bidirectional for Counting<'_> {}
+impl FiniteElements for Counting<'_> {}
 
 const ESTIMATES: u64 = 100;
 
@@ -108,21 +104,21 @@ const ESTIMATES: u64 = 100;
 struct Cost(SampleRays);
 
 impl Property for Cost {
-    fn run<P: EstimatorParts + Copy>(
-        &self,
-        context: &Context,
-        setup: Configuration<P>,
-    ) -> Vec<Outcome> {
+    fn run(&self, context: &Context, setup: Configuration<'_>) -> Vec<Outcome> {
         let rays = u64::from(self.0.rays);
         let expected: u64 = (1..SEGMENTS).map(|bounce| rays.pow(bounce)).sum();
         let mut rng = context.rng("rays");
         let mut worst = expected;
         for _ in 0..ESTIMATES {
             let directions = AtomicU64::new(0);
-            let counting = setup.with(Counting {
+            let parts = Counting {
                 parts: setup.parts,
                 directions: &directions,
-            });
+            };
+            let counting = Configuration {
+                parts: Parts::replaced(&parts),
+                ..setup
+            };
             let ray = inside(&mut rng);
             self.0
                 .report(counting)

@@ -25,7 +25,7 @@ const BITS_TO_UNITS: f64 = 2_097_152.0;
 struct FirstNumbers;
 
 impl Estimator for FirstNumbers {
-    fn radiance<R: Sampler>(&self, _: &Scene, ray: &Ray, _: Option<Hit>, rng: &mut R) -> DVec3 {
+    fn radiance(&self, _: &Scene, ray: &Ray, _: Option<Hit>, rng: &mut dyn Sampler) -> DVec3 {
         let [first, second] = uniform2(rng);
         // The camera of `nothing` looks along y and its pixels are squares of side 1 at distance 1.
         let x = ray.direction.x / ray.direction.y + 0.5 * f64::from(SIZE[0]);

@@ -107,7 +107,7 @@ fn channels_in_mirror(context: &Context, subject: OutlinePoints) -> Vec<Outcome>
         context.seed_of("points"),
         light_in_mirror(),
     );
-    let path = Path::new(DefaultParts, Strategy::Mis);
+    let path = Path::new(Strategy::Mis);
     let view = |[x, y]: [f64; 2]| {
         let ray = scene.camera().ray([1, 1], x, y);
         (subject.follow_mirrors)(PrimaryRay::new(ray, scene.intersect(&ray)), &scene)

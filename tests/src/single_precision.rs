@@ -68,7 +68,7 @@ const BFLOAT: i32 = 8;
 /// A scene whose numbers can be rounded, and the path tracer that renders it.
 struct Image {
     description: Description,
-    path: Path,
+    path: Path<'static>,
     /// Upper bound of a sample, in units of the lights' radiance.
     most: f64,
 }
@@ -182,11 +182,11 @@ const LAMP: f64 = 2.0 + 0.5 / 64.0 - 1e-5;
 
 /// Returns a path tracer whose paths end at lights only, or by roulette once their throughput is
 /// below 1/2, so that no throughput exceeds 1.
-fn until_light(strategy: Strategy) -> Path {
+fn until_light(strategy: Strategy) -> Path<'static> {
     Path {
         rr_depth: 1_000,
         lights: LightSampling::Importance,
-        ..Path::new(DefaultParts, strategy)
+        ..Path::new(strategy)
     }
 }
 

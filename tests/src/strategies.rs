@@ -383,11 +383,7 @@ struct SameMean {
 }
 
 impl Property for SameMean {
-    fn run<P: EstimatorParts + Copy>(
-        &self,
-        context: &Context,
-        setup: Configuration<P>,
-    ) -> Vec<Outcome> {
+    fn run(&self, context: &Context, setup: Configuration<'_>) -> Vec<Outcome> {
         let reference = reflected(polygon_irradiance(&NEAR));
         let [balance, power] = [Heuristic::Balance, Heuristic::Power].map(|heuristic| {
             let probe = Probe {

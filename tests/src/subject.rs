@@ -12,8 +12,8 @@ use whitefurnace::geometry::specular_connection::SpecularConnection;
 use whitefurnace::harness::outcome::Outcome;
 use whitefurnace::harness::trial::Context;
 use whitefurnace::integrator::{
-    Bidirectional, DefaultParts, Density, Estimator, FiniteElements, Heuristic, NextEvent, Path,
-    Photons, Report, Sample, Strategy, TransportRules, Whitted,
+    Bidirectional, DefaultParts, Density, Estimator, FiniteElements, Heuristic, NextEvent, Parts,
+    Path, Photons, Report, Sample, Strategy, TransportRules, Whitted,
 };
 use whitefurnace::light::emitter::{Emitter, EmitterPoint, LightSampling};
 use whitefurnace::light::environment::EnvironmentMap;
@@ -21,7 +21,7 @@ use whitefurnace::light::light_sampler::PowerLightSampler;
 use whitefurnace::material::{Bsdf, Scattering};
 use whitefurnace::sampling::rng::{Stream, stream};
 use whitefurnace::sampling::roulette::{RR_DEPTH, Roulette};
-use whitefurnace::sampling::sampler::Sampler;
+use whitefurnace::sampling::sampler::{SampleStream, Sampler};
 use whitefurnace::scene::Scene;
 use whitefurnace::scene::specular_casters::SpecularCaster;
 
@@ -29,7 +29,7 @@ macro_rules! table {
     ($($group:ident {
         $($name:ident($($argument:ident: $kind:ty),*) -> $result:ty;)*
     })*) => {
-        /// [`EstimatorParts`] as a table of functions: a fault is [`CORRECT`] with one function
+        /// Parts of estimators as a table of functions: a fault is [`CORRECT`] with one function
         /// replaced.
         #[derive(Clone, Copy)]
         pub struct PartTable {
@@ -50,17 +50,6 @@ macro_rules! table {
             })*
         })*
     };
-}
-
-/// All overridable components of all estimators.
-pub trait EstimatorParts:
-    Scattering + Roulette + NextEvent + Photons + Bidirectional + FiniteElements
-{
-}
-
-impl<P> EstimatorParts for P where
-    P: Scattering + Roulette + NextEvent + Photons + Bidirectional + FiniteElements
-{
 }
 
 table! {
@@ -127,11 +116,11 @@ table! {
     }
 }
 
-/// Everything that a fault can replace in an estimator: its components and its configuration.
+/// Subject of the trials of whole estimators: everything that a fault can replace.
 #[derive(Clone, Copy)]
-pub struct Configuration<P> {
-    /// The components.
-    pub parts: P,
+pub struct EstimatorSubject {
+    /// Table in place of the default parts, if any.
+    pub parts: Option<PartTable>,
     /// Longest path in segments, in place of the trial's own choice. [`Path`] ignores it unless it
     /// has a limit.
     pub segments: Option<u32>,
@@ -139,23 +128,41 @@ pub struct Configuration<P> {
     pub rules: TransportRules,
 }
 
-impl<P> Configuration<P> {
-    /// Replaces the components and keeps the configuration.
-    pub fn with<Q>(self, parts: Q) -> Configuration<Q> {
+impl EstimatorSubject {
+    /// Returns the subject with this table of parts.
+    pub fn with(self, table: PartTable) -> Self {
+        Self {
+            parts: Some(table),
+            ..self
+        }
+    }
+
+    /// Returns the subject for estimators.
+    pub fn configuration(&self) -> Configuration<'_> {
         Configuration {
-            parts,
+            parts: self
+                .parts
+                .as_ref()
+                .map_or(Parts::default(), |table| Parts::replaced(table)),
             segments: self.segments,
             rules: self.rules,
         }
     }
 }
 
-/// Subject of the trials of whole estimators. Without a table it stands for [`DefaultParts`], the
-/// very code that programs run.
-pub type EstimatorSubject = Configuration<Option<PartTable>>;
+/// An [`EstimatorSubject`] whose parts an estimator can take.
+#[derive(Clone, Copy)]
+pub struct Configuration<'a> {
+    /// The parts.
+    pub parts: Parts<'a>,
+    /// As in [`EstimatorSubject`].
+    pub segments: Option<u32>,
+    /// As in [`EstimatorSubject`].
+    pub rules: TransportRules,
+}
 
 /// The correct subject.
-pub const STANDARD: EstimatorSubject = Configuration {
+pub const STANDARD: EstimatorSubject = EstimatorSubject {
     parts: None,
     segments: None,
     rules: TransportRules::PHYSICAL,
@@ -163,7 +170,7 @@ pub const STANDARD: EstimatorSubject = Configuration {
 
 /// Returns the correct subject with other components.
 pub const fn parts(table: PartTable) -> EstimatorSubject {
-    Configuration {
+    EstimatorSubject {
         parts: Some(table),
         ..STANDARD
     }
@@ -190,21 +197,14 @@ pub(crate) use fault;
 /// A property that is checked on any estimator's components.
 pub trait Property: Send + Sync + 'static {
     /// Runs the trial.
-    fn run<P: EstimatorParts + Copy>(
-        &self,
-        context: &Context,
-        setup: Configuration<P>,
-    ) -> Vec<Outcome>;
+    fn run(&self, context: &Context, setup: Configuration<'_>) -> Vec<Outcome>;
 }
 
 /// Returns a property as a function of the subject.
 pub fn with_parts<Q: Property>(
     property: Q,
 ) -> impl Fn(&Context, EstimatorSubject) -> Vec<Outcome> + Send + Sync {
-    move |context, subject| match subject.parts {
-        None => property.run(context, subject.with(DefaultParts)),
-        Some(parts) => property.run(context, subject.with(parts)),
-    }
+    move |context, subject| property.run(context, subject.configuration())
 }
 
 /// An estimator of radiance along rays, with its own limit on segments.
@@ -229,79 +229,69 @@ pub enum EstimatorKind {
 }
 
 impl EstimatorKind {
-    /// Returns one estimate of the radiance along each ray.
-    pub fn radiances<P: EstimatorParts + Copy, R: Sampler>(
-        self,
-        setup: Configuration<P>,
-        scene: &Scene,
-        rays: impl Iterator<Item = (Ray, R)>,
-    ) -> Vec<DVec3> {
+    /// Returns the estimator of a configuration.
+    pub fn estimator(self, setup: Configuration<'_>) -> Box<dyn Estimator + '_> {
         let Configuration { parts, rules, .. } = setup;
-        let samples = rays.map(|(ray, rng)| Sample {
-            ray,
-            hit: None,
-            rng,
-        });
-        let path = |strategy| Path::new(parts, strategy);
+        let path = |strategy| Path::new(strategy).with_parts(parts);
         match self {
-            Self::Path => path(Strategy::Mis).radiances(scene, samples),
-            Self::PathWith(strategy, lights, heuristic) => Path {
+            Self::Path => Box::new(path(Strategy::Mis)),
+            Self::PathWith(strategy, lights, heuristic) => Box::new(Path {
                 lights,
                 heuristic,
                 ..path(strategy)
-            }
-            .radiances(scene, samples),
-            Self::PathSpecularNee(heuristic) => Path {
+            }),
+            Self::PathSpecularNee(heuristic) => Box::new(Path {
                 heuristic,
                 specular_nee: true,
                 ..path(Strategy::Mis)
-            }
-            .radiances(scene, samples),
-            Self::PathSpecularNeeMaxSegments(segments) => {
-                let bounces = Some(setup.segments.unwrap_or(segments) - 1);
-                Path {
-                    specular_nee: true,
-                    bounces,
-                    ..path(Strategy::Mis)
-                }
-                .radiances(scene, samples)
-            }
-            Self::PathWithRrDepth => Path {
+            }),
+            Self::PathSpecularNeeMaxSegments(segments) => Box::new(Path {
+                specular_nee: true,
+                bounces: Some(setup.segments.unwrap_or(segments) - 1),
+                ..path(Strategy::Mis)
+            }),
+            Self::PathWithRrDepth => Box::new(Path {
                 rr_depth: RR_DEPTH,
                 ..path(Strategy::Bsdf)
-            }
-            .radiances(scene, samples),
-            Self::Report(segments) => {
-                let segments = setup.segments.unwrap_or(segments);
-                Report {
-                    parts,
-                    rays: 1,
-                    segments,
-                    rules,
-                }
-                .radiances(scene, samples)
-            }
-            Self::Whitted(segments) => {
-                let segments = setup.segments.unwrap_or(segments);
-                Whitted {
-                    parts,
-                    segments,
-                    rules,
-                }
-                .radiances(scene, samples)
-            }
+            }),
+            Self::Report(segments) => Box::new(Report {
+                parts,
+                rays: 1,
+                segments: setup.segments.unwrap_or(segments),
+                rules,
+            }),
+            Self::Whitted(segments) => Box::new(Whitted {
+                parts,
+                segments: setup.segments.unwrap_or(segments),
+                rules,
+            }),
         }
     }
 
-    /// Returns one estimate of the radiance along one ray.
-    pub fn radiance<P: EstimatorParts + Copy, R: Sampler>(
+    /// Returns one estimate of the radiance along each ray.
+    pub fn radiances<R: Into<SampleStream>>(
         self,
-        setup: Configuration<P>,
+        setup: Configuration<'_>,
+        scene: &Scene,
+        rays: impl Iterator<Item = (Ray, R)>,
+    ) -> Vec<DVec3> {
+        let mut samples = rays.map(|(ray, rng)| Sample {
+            ray,
+            hit: None,
+            rng: rng.into(),
+        });
+        self.estimator(setup).radiances(scene, &mut samples)
+    }
+
+    /// Returns one estimate of the radiance along one ray.
+    pub fn radiance(
+        self,
+        setup: Configuration<'_>,
         scene: &Scene,
         ray: &Ray,
-        rng: &mut R,
+        rng: &mut dyn Sampler,
     ) -> DVec3 {
-        self.radiances(setup, scene, std::iter::once((*ray, rng)))[0]
+        self.estimator(setup).radiance(scene, ray, None, rng)
     }
 }
 
@@ -319,11 +309,7 @@ pub struct Probe {
 impl Probe {
     /// Returns a source of estimates, one per call, each from a new ray and a random stream of its
     /// own under this seed. They are made in batches that keep all lanes busy.
-    pub fn radiances<P: EstimatorParts + Copy>(
-        &self,
-        setup: Configuration<P>,
-        seed: u64,
-    ) -> impl FnMut() -> DVec3 + use<'_, P> {
+    pub fn radiances<'a>(&'a self, setup: Configuration<'a>, seed: u64) -> impl FnMut() -> DVec3 {
         in_batches(seed, move |rngs| {
             let rays = rngs.map(|mut rng| ((self.ray)(&mut rng), rng));
             self.kind.radiances(setup, &self.scene, rays)

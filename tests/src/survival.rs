@@ -186,8 +186,10 @@ const OTHER_POLICIES: [(&str, Survival, u64); 2] = [
 /// the subject's components.
 fn same_mean(context: &Context, probe: &Probe, subject: EstimatorSubject) -> Vec<Outcome> {
     let reference = off_cap_radiance(RHO, Cap::Black);
-    let by_throughput = STANDARD.with(DefaultParts);
-    let mut radiance = probe.radiances(by_throughput, context.seed_of("survival by throughput"));
+    let mut radiance = probe.radiances(
+        STANDARD.configuration(),
+        context.seed_of("survival by throughput"),
+    );
     let by_throughput = Values::collect(reference, context.n(PATHS), || radiance().x);
     let claim = Claim::Equal {
         delta: BOUNCES_DELTA * reference,
@@ -195,11 +197,11 @@ fn same_mean(context: &Context, probe: &Probe, subject: EstimatorSubject) -> Vec
     OTHER_POLICIES
         .iter()
         .map(|&(name, survival_by_throughput, paths)| {
-            let setup = subject.with(PartTable {
+            let subject = subject.with(PartTable {
                 survival_by_throughput,
                 ..subject.parts.unwrap_or(CORRECT)
             });
-            let mut radiance = probe.radiances(setup, context.seed_of(name));
+            let mut radiance = probe.radiances(subject.configuration(), context.seed_of(name));
             let other = Values::collect(reference, context.n(paths), || radiance().x);
             welch(name, &by_throughput, &other, claim)
         })

@@ -298,8 +298,8 @@ fn shining_backs(run: &mut Run) -> Result<(), Error> {
     let seed = seed_for(run.seed(), "back-shines");
     let film = |of: &dyn Fn() -> Result<Film, Error>| of().map(|film| image_mean(&film));
     let (pixel, size) = (PixelSampling::Random, [64, 48]);
-    let wrong = Path::new(fault.parts, Strategy::Mis);
-    let right = Path::new(DefaultParts, Strategy::Mis);
+    let wrong = Path::new(Strategy::Mis).with_parts(Parts::replaced(&fault.parts));
+    let right = Path::new(Strategy::Mis);
     let wrong = film(&|| render_samples(&scene, &wrong, pixel, seed, size, None, 16))?;
     let right = film(&|| render_samples(&scene, &right, pixel, seed, size, None, 16))?;
     let difference = wrong[0] / right[0] - 1.0;

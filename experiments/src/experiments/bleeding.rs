@@ -107,7 +107,7 @@ fn equator_ray(scene: &Scene, angle: f64) -> Ray {
 }
 
 fn by_paths(scene: &Scene, seed: u64, samples: u32) -> Result<Vec<Ratios>, Error> {
-    let path = Path::<DefaultParts>::default();
+    let path = Path::default();
     let places: Vec<(u32, f64)> = (0..).zip(ANGLES).collect();
     parallel_map(&places, |&(place, angle)| {
         let ray = equator_ray(scene, angle);
@@ -127,7 +127,7 @@ fn by_paths(scene: &Scene, seed: u64, samples: u32) -> Result<Vec<Ratios>, Error
 
 fn by_radiosity(scene: &Scene, patches: u32) -> Result<Vec<[f64; 2]>, Error> {
     let solved = Radiosity::new(
-        DefaultParts,
+        Parts::default(),
         scene,
         MeshResolution {
             patches,

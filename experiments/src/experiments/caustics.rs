@@ -209,10 +209,10 @@ fn one_image(scene: &Scene, method: Method, seed: u64, effort: Work) -> Result<F
         samples,
         particles,
     } = effort;
-    let (parts, random) = (DefaultParts, PixelSampling::Random);
+    let (parts, random) = (Parts::default(), PixelSampling::Random);
     match method {
         Method::Path(strategy) => {
-            let path = Path::new(parts, strategy);
+            let path = Path::new(strategy);
             render_paths(scene, path, random, seed, size, None, samples)
         }
         Method::Whitted => render_samples(

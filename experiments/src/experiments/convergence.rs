@@ -35,9 +35,8 @@ const FRAME: [u32; 2] = [1024, 768];
 impl Integrand {
     fn sample<R: Sampler>(&self, rng: &mut R) -> f64 {
         let radiance = |scene: &Scene, ray: &Ray, strategy, rng: &mut R| {
-            let parts = DefaultParts;
             let hit = scene.intersect(ray);
-            Path::new(parts, strategy).radiance(scene, ray, hit, rng).x
+            Path::new(strategy).radiance(scene, ray, hit, rng).x
         };
         match self {
             Self::Smooth(scene) => radiance(scene, &ray_to_origin(), Strategy::Light, rng),

@@ -94,7 +94,7 @@ fn figure(run: &mut Run) -> Result<(), Error> {
     for (colour, model) in (0..).zip(DiffuseName::ALL) {
         let bsdf = model.bsdf(DVec3::ONE, SIGMA);
         let scene = lit_sphere(bsdf)?;
-        let path = Path::<DefaultParts>::default();
+        let path = Path::default();
         let film = render_samples(
             &scene,
             &path,

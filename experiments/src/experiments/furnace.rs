@@ -60,7 +60,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let critical = normal_upper(FAMILYWISE_LEVEL / 2.0 / DiffuseName::ALL.len() as f64);
     let mut panels = Vec::new();
     for model in DiffuseName::ALL {
-        let path = Path::<DefaultParts>::default();
+        let path = Path::default();
         let film = render_samples(
             &scene(model)?,
             &path,

@@ -93,7 +93,7 @@ fn by_distance(run: &mut Run) -> Result<(), Error> {
         for (colour, (label, strategy, lights)) in METHODS.into_iter().enumerate() {
             let path = Path {
                 lights,
-                ..Path::new(DefaultParts, strategy)
+                ..Path::new(strategy)
             };
             let seed = seed_for(run.seed(), &format!("{} {label}", shape.name));
             let variances = parallel_map(&scenes, |(height, scene)| {
@@ -179,7 +179,7 @@ fn along_a_line(run: &mut Run) -> Result<(), Error> {
         let path = Path {
             lights,
             heuristic: Heuristic::Power,
-            ..Path::new(DefaultParts, strategy)
+            ..Path::new(strategy)
         };
         let seed = seed_for(run.seed(), &format!("lamps {label}"));
         let variances = parallel_map(&places, |&x| {

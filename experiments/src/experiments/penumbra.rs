@@ -22,7 +22,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let scene = penumbra_scene();
     let path = Path {
         lights: LightSampling::SolidAngle,
-        ..Path::new(DefaultParts, Strategy::Mis)
+        ..Path::new(Strategy::Mis)
     };
     let seed = seed_for(run.seed(), "penumbra");
     let at = |k: u32| -2.2 + 4.1 * f64::from(k) / f64::from(PLACES - 1);

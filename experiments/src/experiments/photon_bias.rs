@@ -106,7 +106,7 @@ fn radii(run: &mut Run) -> Result<Chart, Error> {
 
 fn looked_up(scene: &Scene, radius: f64, seed: u64, index: u32) -> Result<f64, Error> {
     let photons = PhotonMapping::new(
-        DefaultParts,
+        Parts::default(),
         scene,
         Lookup::DirectVisualization,
         PARTICLES,
@@ -126,7 +126,7 @@ fn passes(run: &mut Run) -> Result<Chart, Error> {
     let point = at_point();
     let runs = run.count(run.by_tier(30, 1_000)).max(MIN_COUNT) as u32;
     let sppm = Sppm {
-        parts: DefaultParts,
+        parts: Parts::default(),
         particles: PARTICLES,
         radius: FIRST,
     };

@@ -16,8 +16,8 @@ pub(super) use whitefurnace::harness::trial::{
 pub(super) use whitefurnace::image::{Display, write_png};
 pub(super) use whitefurnace::integrator::radiosity::MeshResolution;
 pub(super) use whitefurnace::integrator::{
-    DefaultParts, Estimator, Heuristic, Lookup, Path, PhotonMapping, Radiosity, Sppm, Strategy,
-    TransportRules,
+    DefaultParts, Estimator, Heuristic, Lookup, Parts, Path, PhotonMapping, Radiosity, Sppm,
+    Strategy, TransportRules,
 };
 pub(super) use whitefurnace::material::{Bsdf, OrenNayar, OrenNayarForm};
 pub(super) use whitefurnace::math::moments::Moments;

@@ -46,7 +46,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let mut levels = Vec::new();
     for halvings in 0..=halvings {
         let solved = Radiosity::new(
-            DefaultParts,
+            Parts::default(),
             &scene,
             MeshResolution {
                 patches: COARSE,
@@ -102,7 +102,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
 }
 
 /// Renders the room with every ray through its pixel's centre, so that edges add no noise.
-fn image<E: Estimator>(run: &Run, scene: &Scene, estimator: &E, spp: u32) -> Result<Film, Error> {
+fn image(run: &Run, scene: &Scene, estimator: &dyn Estimator, spp: u32) -> Result<Film, Error> {
     render_samples(
         scene,
         estimator,

@@ -85,7 +85,7 @@ fn correct(run: &Run, scenes: u64) -> Result<BTreeMap<String, Counts>, Error> {
         let part: BTreeMap<String, Counts> = run.part(&key, || {
             let seed = |index| seed_for(run.seed(), &format!("random scene {index}"));
             let results = parallel_map(&indices, |index| {
-                test_scene(seed(*index), DefaultParts, |_| true)
+                test_scene(seed(*index), Parts::default(), |_| true)
             })?;
             let mut part = BTreeMap::<String, Counts>::new();
             for (case, found) in results.into_iter().flatten() {
@@ -120,7 +120,7 @@ fn faulty(run: &mut Run) -> Result<(), Error> {
         let fault = &faults[*index];
         (1..=most).find_map(|scenes| {
             let seed = seed_for(run.seed(), &format!("{} {scenes}", fault.name));
-            let results = test_scene(seed, fault.parts, Case::uses_parts);
+            let results = test_scene(seed, Parts::replaced(&fault.parts), Case::uses_parts);
             let broken = |(case, found): (Case, Found)| {
                 matches!(found, Found::Fails(_)).then(|| Detected {
                     scenes,

@@ -1,7 +1,7 @@
 //! Judges renderers with one fault each, and one without, by their images with `compare`.
 
 use whitefurnace::harness::images::{Comparison, Rules, Side, compare};
-use whitefurnace::integrator::NextEvent;
+use whitefurnace::integrator::{Bidirectional, FiniteElements, NextEvent, Photons};
 use whitefurnace::material::Scattering;
 use whitefurnace::sampling::roulette::Roulette;
 use whitefurnace::scene::file::Description;
@@ -29,6 +29,9 @@ struct UnweightedRoulette;
 
 impl Scattering for UnweightedRoulette {}
 impl NextEvent for UnweightedRoulette {}
+impl Photons for UnweightedRoulette {}
+impl Bidirectional for UnweightedRoulette {}
+impl FiniteElements for UnweightedRoulette {}
 impl Roulette for UnweightedRoulette {
     fn roulette_weight(&self, _: f64) -> f64 {
         1.0
@@ -67,7 +70,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let samples = run.count(run.by_tier(64, 1024)) as u32;
     let (scene, darker) = (cornell(1.0)?, cornell(0.99)?);
     let by = |scene: &Scene, strategy, seed| {
-        let estimator = Path::new(DefaultParts, strategy);
+        let estimator = Path::new(strategy);
         render_samples(
             scene,
             &estimator,
@@ -99,7 +102,8 @@ fn run(run: &mut Run) -> Result<(), Error> {
             "roulette",
             "survivors of roulette not weighted",
             Box::new(|seed| {
-                let estimator = Path::new(UnweightedRoulette, Strategy::Mis);
+                let estimator =
+                    Path::new(Strategy::Mis).with_parts(Parts::replaced(&UnweightedRoulette));
                 Ok(planes(&render_samples(
                     &scene,
                     &estimator,

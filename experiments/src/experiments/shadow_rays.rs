@@ -3,7 +3,7 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use whitefurnace::integrator::{NextEvent, Photons};
+use whitefurnace::integrator::{Bidirectional, FiniteElements, NextEvent, Photons};
 use whitefurnace::light::emitter::{Emitter, EmitterPoint};
 use whitefurnace::material::Scattering;
 use whitefurnace::sampling::roulette;
@@ -61,8 +61,9 @@ impl NextEvent for CountingParts<'_> {
 }
 
 impl Scattering for CountingParts<'_> {}
-
 impl Photons for CountingParts<'_> {}
+impl Bidirectional for CountingParts<'_> {}
+impl FiniteElements for CountingParts<'_> {}
 
 /// Cost of a method's images per camera sample, and their error.
 #[derive(Clone, Copy)]
@@ -106,8 +107,9 @@ fn run(run: &mut Run) -> Result<(), Error> {
     };
     let photon = |lookup| {
         move |rays: &Rays, seed| {
+            let parts = CountingParts(rays);
             let photons = PhotonMapping::new(
-                CountingParts(rays),
+                Parts::replaced(&parts),
                 scene,
                 lookup,
                 PARTICLES,
@@ -142,12 +144,9 @@ fn run(run: &mut Run) -> Result<(), Error> {
     for (name, strategy) in [("mis", Strategy::Mis), ("light", Strategy::Light)] {
         let path = |samples| {
             move |rays: &Rays, seed| {
-                film(
-                    scene,
-                    &Path::new(CountingParts(rays), strategy),
-                    seed,
-                    samples,
-                )
+                let parts = CountingParts(rays);
+                let path = Path::new(strategy).with_parts(Parts::replaced(&parts));
+                film(scene, &path, seed, samples)
             }
         };
         let pilot = trace("pilot", 2, 1, &path(1))?;
@@ -224,12 +223,7 @@ fn report(run: &mut Run, name: &str, samples: u32, cost: &Cost) {
     run.note(&format!("{name}, {samples} samples per pixel"), value);
 }
 
-fn film<E: Estimator>(
-    scene: &Scene,
-    estimator: &E,
-    seed: u64,
-    samples: u32,
-) -> Result<Film, Error> {
+fn film(scene: &Scene, estimator: &dyn Estimator, seed: u64, samples: u32) -> Result<Film, Error> {
     render_samples(
         scene,
         estimator,
@@ -261,14 +255,11 @@ mod tests {
     #[test]
     fn a_camera_ray_counts() {
         let scene = &furnace_box(0.0).expect("a scene");
-        let reference = film(scene, &Path::<DefaultParts>::default(), 1, 1).expect("a film");
+        let reference = film(scene, &Path::default(), 1, 1).expect("a film");
         let make = |rays: &Rays, seed| {
-            film(
-                scene,
-                &Path::new(CountingParts(rays), Strategy::Mis),
-                seed,
-                2,
-            )
+            let parts = CountingParts(rays);
+            let path = Path::new(Strategy::Mis).with_parts(Parts::replaced(&parts));
+            film(scene, &path, seed, 2)
         };
         let cost = measure(1, 2, 2, &reference, &Bar::new("", 1, ""), &make).expect("a cost");
         assert_eq!([cost.rays, cost.shadow], [1.0, 0.0]);

@@ -141,7 +141,7 @@ impl Worst {
         };
         let estimator = LaneEstimator::Path(Path {
             specular_nee: true,
-            ..Path::new(DefaultParts, Strategy::Mis)
+            ..Path::new(Strategy::Mis)
         });
         let films = [Precision::Double, Precision::UncheckedSingle].map(|precision| {
             let mut film = Film::new(SIZE, None, 1)?;

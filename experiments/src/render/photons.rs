@@ -3,7 +3,7 @@
 use clap::{Args, ValueEnum};
 use whitefurnace::error::Error;
 use whitefurnace::integrator::photon::photon_map::{PhotonMap, PhotonMapKind};
-use whitefurnace::integrator::{DefaultParts, Lookup};
+use whitefurnace::integrator::{Lookup, Parts};
 use whitefurnace::scene::Scene;
 
 use crate::run::cli::{integer, number};
@@ -88,7 +88,7 @@ impl Photons {
     /// Refuses more photons than fit in memory.
     pub fn check_memory(&self, one_map: bool, scene: &Scene, seed: u64) -> Result<(), Error> {
         PhotonMap::check(
-            &DefaultParts,
+            Parts::default(),
             scene,
             PhotonMapKind::All,
             self.photons,
@@ -99,7 +99,7 @@ impl Photons {
             Lookup::FinalGather {
                 caustic_particles, ..
             } => PhotonMap::check(
-                &DefaultParts,
+                Parts::default(),
                 scene,
                 PhotonMapKind::Caustic,
                 caustic_particles,

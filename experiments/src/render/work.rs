@@ -8,13 +8,13 @@ use whitefurnace::error::Error;
 use whitefurnace::film::{Film, Pixel};
 use whitefurnace::integrator::radiosity::Mesh;
 use whitefurnace::integrator::{
-    Bdpt, Connections, DefaultParts, Estimator, Heuristic, LightTracer, Path, PhotonMapping,
-    Published, Radiosity, Report, Sppm, Strategy, TransportRules, Whitted,
+    Bdpt, Connections, Estimator, Heuristic, ImageEstimator, LightTracer, Parts, Path,
+    PhotonMapping, Published, Radiosity, Report, Sppm, Strategy, TransportRules, Whitted,
 };
 use whitefurnace::light::emitter::LightSampling;
 use whitefurnace::render::{
-    CHUNK_SAMPLES, ImageRenderer, LaneEstimator, LaneRenderer, PassEstimator, PhotonRenderer,
-    Precision, RayRenderer, Renderer, adaptive, check_single_precision,
+    CHUNK_SAMPLES, ImageRenderer, LaneEstimator, LaneRenderer, Precision, RayRenderer, Renderer,
+    adaptive, check_single_precision,
 };
 use whitefurnace::sampling::Sampling;
 use whitefurnace::sampling::rng::seed_for;
@@ -274,6 +274,14 @@ impl Job {
         }
     }
 
+    fn by_passes(&self, estimator: impl ImageEstimator + 'static) -> Box<dyn Renderer> {
+        Box::new(ImageRenderer {
+            estimator,
+            sampler: self.sampling().sampler,
+            seed: self.seed,
+        })
+    }
+
     /// Builds the estimator that the job names, for its scene.
     pub(super) fn renderer(&self, scene: &Scene, label: &str) -> RendererResult {
         let rules = match self.convention {
@@ -281,29 +289,20 @@ impl Job {
             ConventionName::Report | ConventionName::Published => TransportRules::REPORT,
         };
         let (sampler, seed) = (self.sampling().sampler, self.seed);
-        let by_passes = |estimator| {
-            Box::new(ImageRenderer {
-                estimator,
-                sampler,
-                seed,
-            })
-        };
         Ok(match (self.estimator, self.convention) {
             (EstimatorName::Bsdf, _) => self.by_paths(scene, Strategy::Bsdf)?,
             (EstimatorName::Light, _) => self.by_paths(scene, Strategy::Light)?,
             (EstimatorName::Mis, _) => self.by_paths(scene, Strategy::Mis)?,
-            (EstimatorName::LightTracer, _) => {
-                by_passes(PassEstimator::LightTracer(LightTracer::default()))
-            }
-            (EstimatorName::Bdpt, _) => by_passes(PassEstimator::Bdpt(Bdpt::new(DefaultParts))),
-            (EstimatorName::BdptEnds, _) => by_passes(PassEstimator::Bdpt(Bdpt {
-                parts: DefaultParts,
+            (EstimatorName::LightTracer, _) => self.by_passes(LightTracer::default()),
+            (EstimatorName::Bdpt, _) => self.by_passes(Bdpt::new(Parts::default())),
+            (EstimatorName::BdptEnds, _) => self.by_passes(Bdpt {
+                parts: Parts::default(),
                 connections: Connections::Endpoints,
-            })),
+            }),
             (EstimatorName::Photon, _) => {
                 let ((particles, radius), lookup) = (self.photons.map(), self.photons.lookup(true));
                 let photons = PhotonMapping::new(
-                    DefaultParts,
+                    Parts::default(),
                     scene,
                     lookup,
                     particles,
@@ -314,25 +313,22 @@ impl Job {
                         index: 0,
                     },
                 )?;
-                Box::new(PhotonRenderer {
-                    photons,
-                    sampling: self.sampling(),
-                })
+                Box::new(self.by_rays(photons))
             }
             (EstimatorName::Sppm, _) => {
                 let (particles, radius) = self.photons.map();
-                by_passes(PassEstimator::Sppm(Sppm {
-                    parts: DefaultParts,
+                self.by_passes(Sppm {
+                    parts: Parts::default(),
                     particles,
                     radius,
-                }))
+                })
             }
             (EstimatorName::Radiosity, _) => {
                 let resolution = self.resolution();
                 let nodes = Mesh::new(scene, resolution)?.nodes() as u64;
                 let bar = Bar::new(label, nodes, "samples");
                 let node_done = |nodes| bar.advance(nodes);
-                let solved = Radiosity::new(DefaultParts, scene, resolution, &node_done)?;
+                let solved = Radiosity::new(Parts::default(), scene, resolution, &node_done)?;
                 Box::new(self.by_rays(solved))
             }
             (EstimatorName::Whitted, _) => {
@@ -356,7 +352,7 @@ impl Job {
         self.by_lanes(scene, LaneEstimator::Path(self.path(strategy)))
     }
 
-    fn by_lanes(&self, scene: &Scene, estimator: LaneEstimator) -> RendererResult {
+    fn by_lanes(&self, scene: &Scene, estimator: LaneEstimator<'static>) -> RendererResult {
         let precision = match self.precision {
             PrecisionName::Double => Precision::Double,
             PrecisionName::Single => {
@@ -375,9 +371,9 @@ impl Job {
         }))
     }
 
-    fn path(&self, strategy: Strategy) -> Path {
+    fn path(&self, strategy: Strategy) -> Path<'static> {
         Path {
-            parts: DefaultParts,
+            parts: Parts::default(),
             strategy,
             lights: match self.light_sampler {
                 LightSamplingName::Area => LightSampling::Area,

@@ -20,9 +20,9 @@ use crate::run::progress::interrupted;
 
 /// Renders the first `samples` samples of every pixel of a frame, or of a window of it, onto a film
 /// of one sample per replication, with independent random numbers.
-pub fn render_samples<E: Estimator>(
+pub fn render_samples(
     scene: &Scene,
-    estimator: &E,
+    estimator: &dyn Estimator,
     pixel: PixelSampling,
     seed: u64,
     size: [u32; 2],
@@ -52,7 +52,7 @@ pub fn render_samples<E: Estimator>(
 /// A scene that lanes do not support: with rough glass, or shadow rays to an environment map.
 pub fn render_paths(
     scene: &Scene,
-    path: PathTracer,
+    path: PathTracer<'_>,
     pixel: PixelSampling,
     seed: u64,
     size: [u32; 2],

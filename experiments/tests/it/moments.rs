@@ -8,7 +8,7 @@ use experiments::render::preview::Preview;
 use experiments::render::{Job, Observer};
 use whitefurnace::film::{Film, Pixel};
 use whitefurnace::image::{Display, write_rgb};
-use whitefurnace::integrator::{Bdpt, DefaultParts, ImageEstimator as _};
+use whitefurnace::integrator::{Bdpt, ImageEstimator as _, Parts};
 use whitefurnace::sampling::sampler::{ImagePass, SamplerKind};
 
 use crate::{folder, job};
@@ -136,7 +136,7 @@ fn a_begun_scramble_is_shown_as_the_mean_of_its_passes() {
             seed: job.seed,
             index: index as u32,
         };
-        let image = Bdpt::new(DefaultParts)
+        let image = Bdpt::new(Parts::default())
             .image(&scene, job.size, pass)
             .expect("an image");
         sums.iter_mut()

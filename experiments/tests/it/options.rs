@@ -13,8 +13,8 @@ use whitefurnace::film::Film;
 use whitefurnace::image::{Display, write_exr, write_png};
 use whitefurnace::integrator::radiosity::MeshResolution;
 use whitefurnace::integrator::{
-    DefaultParts, Estimator, Heuristic, ImageEstimator, Lookup, Path, PhotonMapping, Published,
-    Radiosity, Report, Sppm, Strategy, TransportRules,
+    Estimator, Heuristic, ImageEstimator, Lookup, Parts, Path, PhotonMapping, Published, Radiosity,
+    Report, Sppm, Strategy, TransportRules,
 };
 use whitefurnace::light::emitter::LightSampling;
 use whitefurnace::material::{Bsdf, OrenNayarForm};
@@ -50,14 +50,14 @@ struct Call {
 }
 
 /// Path tracing with the defaults of the program.
-fn path(strategy: Strategy) -> Path {
+fn path(strategy: Strategy) -> Path<'static> {
     let lights = LightSampling::Importance;
     Path {
         lights,
         heuristic: Heuristic::Power,
         rr_depth: RR_DEPTH,
         specular_nee: true,
-        ..Path::new(DefaultParts, strategy)
+        ..Path::new(strategy)
     }
 }
 
@@ -164,7 +164,7 @@ impl Call {
             index: 0,
         };
         self.rays(PhotonMapping::new(
-            DefaultParts,
+            Parts::default(),
             self.scene(),
             lookup,
             particles,
@@ -175,7 +175,7 @@ impl Call {
 
     fn sppm(&self, particles: u32, radius: f64) -> Result<Film, Error> {
         self.images(Sppm {
-            parts: DefaultParts,
+            parts: Parts::default(),
             particles,
             radius,
         })
@@ -183,7 +183,7 @@ impl Call {
 
     fn radiosity(&self, patches: u32) -> Result<Film, Error> {
         self.rays(Radiosity::new(
-            DefaultParts,
+            Parts::default(),
             self.scene(),
             MeshResolution {
                 patches,

@@ -9,10 +9,10 @@ use glam::DVec3;
 
 use super::direct_light::{ShadowRays, direct_light};
 use super::walk::{PendingWalk, WalkEvent, trace_walks};
-use super::{Estimator, PathParts, Sample};
+use super::{Estimator, Parts, PathParts, Sample, with_parts};
 use crate::error::Error;
 use crate::geometry::shape::{Hit, Ray};
-use crate::material::Vertex;
+use crate::material::{Scattering, Vertex};
 use crate::sampling::sampler::{ImagePass, Sampler};
 use crate::scene::Scene;
 use photon_map::{PhotonMap, PhotonMapKind, Photons, check_radius};
@@ -41,8 +41,8 @@ pub enum Lookup {
 /// standard error does not include the variance of the map. Maps of different seeds are independent
 /// replications.
 #[derive(Clone, Debug)]
-pub struct PhotonMapping<P> {
-    parts: P,
+pub struct PhotonMapping<'a> {
+    parts: Parts<'a>,
     all: PhotonMap,
     radius: f64,
     /// Caustic photons and their radius, for final gathering.
@@ -100,14 +100,14 @@ impl GatherPoint {
     }
 }
 
-impl<P: Photons + PathParts> PhotonMapping<P> {
+impl<'a> PhotonMapping<'a> {
     /// Emits `particles` ≥ 1 and stores their photons, to be looked up within `radius` > 0, in the
     /// scene's units. The photons are functions of the pass.
     ///
     /// # Errors
     /// Those of [`PhotonMap::new`].
     pub fn new(
-        parts: P,
+        parts: Parts<'a>,
         scene: &Scene,
         lookup: Lookup,
         particles: u32,
@@ -120,7 +120,7 @@ impl<P: Photons + PathParts> PhotonMapping<P> {
             check_radius(caustic_radius)?;
         }
         let map = |kind, particles, name| {
-            PhotonMap::new(&parts, scene, kind, particles, pass.for_part(name))
+            PhotonMap::new(parts, scene, kind, particles, pass.for_part(name))
         };
         let all = map(PhotonMapKind::All, particles, "photons")?;
         let caustics = match lookup {
@@ -141,149 +141,19 @@ impl<P: Photons + PathParts> PhotonMapping<P> {
         })
     }
 
-    /// Follows rays through mirrors and glass to the first diffuse surfaces. `on_emission` receives
-    /// the emission seen on the way, and the item of the path.
-    fn trace_to_diffuse<T: Copy, R: Sampler>(
+    /// Estimates the radiance along rays, [`TRACED_TOGETHER`] at a time.
+    fn in_parts<P: Photons + PathParts + ?Sized, R: Sampler>(
         &self,
+        parts: &P,
         scene: &Scene,
-        rays: &mut dyn Iterator<Item = PendingWalk<T, R>>,
-        on_emission: &mut dyn FnMut(T, DVec3),
-    ) -> Vec<(T, PhotonHit, R)> {
-        let mut arrivals = Vec::new();
-        let mut walks = rays.map(|walk| {
-            let PendingWalk {
-                item,
-                ray,
-                block,
-                rng,
-            } = walk;
-            PendingWalk {
-                item: (item, block, None),
-                ray,
-                block,
-                rng,
-            }
-        });
-        let followed = trace_walks(&self.parts, scene, &mut walks, |event| {
-            match event {
-                WalkEvent::Hit((number, block, arrival), hit, at, _) => {
-                    *block += 1;
-                    if hit.here.emitter.is_some() {
-                        on_emission(*number, hit.factor * hit.throughput * hit.emitted(scene));
-                    }
-                    if hit.endless || hit.bsdf.is_non_delta() {
-                        let throughput = hit.factor * hit.throughput;
-                        *arrival = Some(PhotonHit {
-                            hit: hit.here,
-                            at: *at,
-                            throughput,
-                            block: *block,
-                        });
-                        return Ok(false);
-                    }
-                }
-                WalkEvent::End((number, _, arrival), _, rng) => {
-                    arrivals.extend(arrival.map(|arrival| (number, arrival, rng)));
-                }
-            }
-            Ok(true)
-        });
-        debug_assert!(followed.is_ok(), "no event is an error");
-        arrivals
-    }
-
-    /// Adds the radiance reflected at the gather points, from the photons of a map. Sorts them by
-    /// position for cache locality: neighbours share photons.
-    fn gather(
-        &self,
-        scene: &Scene,
-        map: &PhotonMap,
-        radius: f64,
-        mut gather_points: Vec<GatherPoint>,
-        radiances: &mut [DVec3],
-    ) {
-        gather_points.sort_by_cached_key(|at| map.approximate_index(at.point));
-        for GatherPoint {
-            sample,
-            surface,
-            point,
-            normal,
-            direction,
-            throughput,
-        } in gather_points
-        {
-            let bsdf = &scene.surfaces()[surface as usize].bsdf;
-            let vertex = Vertex::of(point, normal, direction);
-            radiances[sample as usize] +=
-                throughput * map.reflected(&self.parts, bsdf, &vertex, radius);
-        }
-    }
-
-    /// Adds the light that arrives at the first diffuse surfaces directly from emitters, and follows
-    /// a ray from each to a second one; returns the gather points there.
-    fn second_gather_points<R: Sampler>(
-        &self,
-        scene: &Scene,
-        arrivals: Vec<(usize, PhotonHit, R)>,
-        radiances: &mut [DVec3],
-    ) -> Vec<GatherPoint> {
-        let parts = &self.parts;
-        let mut gathering = Vec::with_capacity(arrivals.len());
-        for (
-            item,
-            PhotonHit {
-                hit,
-                at,
-                throughput,
-                block,
-            },
-            mut rng,
-        ) in arrivals
-        {
-            let bsdf = &scene.surface(&hit).bsdf;
-            if let Some(light) =
-                direct_light(parts, scene, bsdf, &at, ShadowRays::DEFAULT, &mut rng)
-            {
-                radiances[item] += throughput * light.reflected;
-            }
-            if let Some(next) = parts.sample(bsdf, &at, &mut rng) {
-                let ray = Some(scene.spawn_ray(hit.point, hit.normal, next.direction));
-                gathering.push(PendingWalk {
-                    item: (item, throughput * next.weight),
-                    ray,
-                    block,
-                    rng,
-                });
-            }
-        }
-        let second = self.trace_to_diffuse(
-            scene,
-            &mut gathering.into_iter(),
-            &mut |(i, weight), emission| {
-                if parts.gathers_emission() {
-                    radiances[i] += weight * emission;
-                }
-            },
-        );
-        second
-            .iter()
-            .map(|((i, weight), arrival, _)| GatherPoint::new(*i, arrival, *weight))
-            .collect()
-    }
-
-    /// Estimates the radiance along rays, [`TRACED_TOGETHER`] at a time. Compiled once per sampler,
-    /// for any iterator.
-    fn in_parts<R: Sampler>(
-        &self,
-        scene: &Scene,
-        samples: &mut dyn Iterator<Item = Sample<R>>,
+        rays: &mut dyn Iterator<Item = (Ray, R)>,
     ) -> Vec<DVec3> {
         let radiances = RefCell::new(Vec::new());
         let (mut first_points, mut second_points) = (Vec::new(), Vec::new());
-        let mut samples = samples.enumerate().peekable();
-        while samples.peek().is_some() {
-            let rays = samples.by_ref().take(TRACED_TOGETHER);
-            let mut rays = rays.map(|(item, Sample { ray, rng, .. })| {
+        let mut rays = rays.enumerate().peekable();
+        while rays.peek().is_some() {
+            let together = rays.by_ref().take(TRACED_TOGETHER);
+            let mut together = together.map(|(item, (ray, rng))| {
                 radiances.borrow_mut().push(DVec3::ZERO);
                 PendingWalk {
                     item,
@@ -292,7 +162,7 @@ impl<P: Photons + PathParts> PhotonMapping<P> {
                     rng,
                 }
             });
-            let arrivals = self.trace_to_diffuse(scene, &mut rays, &mut |i, emission| {
+            let arrivals = trace_to_diffuse(parts, scene, &mut together, &mut |i, emission| {
                 radiances.borrow_mut()[i] += emission;
             });
             first_points.extend(
@@ -302,51 +172,172 @@ impl<P: Photons + PathParts> PhotonMapping<P> {
             );
             if self.caustics.is_some() {
                 let radiances = &mut radiances.borrow_mut()[..];
-                second_points.extend(self.second_gather_points(scene, arrivals, radiances));
+                second_points.extend(second_gather_points(parts, scene, arrivals, radiances));
             }
         }
         let mut radiances = radiances.into_inner();
         let (map, radius) = match &self.caustics {
             Some((caustics, radius)) => {
-                self.gather(scene, &self.all, self.radius, second_points, &mut radiances);
+                gather(
+                    parts,
+                    scene,
+                    &self.all,
+                    self.radius,
+                    second_points,
+                    &mut radiances,
+                );
                 (caustics, *radius)
             }
             None => (&self.all, self.radius),
         };
-        self.gather(scene, map, radius, first_points, &mut radiances);
+        gather(parts, scene, map, radius, first_points, &mut radiances);
         radiances
     }
+}
+
+/// Follows rays through mirrors and glass to the first diffuse surfaces. `on_emission` receives
+/// the emission seen on the way, and the item of the path.
+fn trace_to_diffuse<P: PathParts + ?Sized, T: Copy, R: Sampler>(
+    parts: &P,
+    scene: &Scene,
+    rays: &mut dyn Iterator<Item = PendingWalk<T, R>>,
+    on_emission: &mut dyn FnMut(T, DVec3),
+) -> Vec<(T, PhotonHit, R)> {
+    let mut arrivals = Vec::new();
+    let mut walks = rays.map(|walk| {
+        let PendingWalk {
+            item,
+            ray,
+            block,
+            rng,
+        } = walk;
+        PendingWalk {
+            item: (item, block, None),
+            ray,
+            block,
+            rng,
+        }
+    });
+    let followed = trace_walks(parts, scene, &mut walks, |event| {
+        match event {
+            WalkEvent::Hit((number, block, arrival), hit, at, _) => {
+                *block += 1;
+                if hit.here.emitter.is_some() {
+                    on_emission(*number, hit.factor * hit.throughput * hit.emitted(scene));
+                }
+                if hit.endless || hit.bsdf.is_non_delta() {
+                    let throughput = hit.factor * hit.throughput;
+                    *arrival = Some(PhotonHit {
+                        hit: hit.here,
+                        at: *at,
+                        throughput,
+                        block: *block,
+                    });
+                    return Ok(false);
+                }
+            }
+            WalkEvent::End((number, _, arrival), _, rng) => {
+                arrivals.extend(arrival.map(|arrival| (number, arrival, rng)));
+            }
+        }
+        Ok(true)
+    });
+    debug_assert!(followed.is_ok(), "no event is an error");
+    arrivals
+}
+
+/// Adds the radiance reflected at the gather points, from the photons of a map. Sorts them by
+/// position for cache locality: neighbours share photons.
+fn gather<P: Photons + Scattering + ?Sized>(
+    parts: &P,
+    scene: &Scene,
+    map: &PhotonMap,
+    radius: f64,
+    mut gather_points: Vec<GatherPoint>,
+    radiances: &mut [DVec3],
+) {
+    gather_points.sort_by_cached_key(|at| map.approximate_index(at.point));
+    for GatherPoint {
+        sample,
+        surface,
+        point,
+        normal,
+        direction,
+        throughput,
+    } in gather_points
+    {
+        let bsdf = &scene.surfaces()[surface as usize].bsdf;
+        let vertex = Vertex::of(point, normal, direction);
+        radiances[sample as usize] += throughput * map.reflected(parts, bsdf, &vertex, radius);
+    }
+}
+
+/// Adds the light that arrives at the first diffuse surfaces directly from emitters, and follows
+/// a ray from each to a second one; returns the gather points there.
+fn second_gather_points<P: Photons + PathParts + ?Sized, R: Sampler>(
+    parts: &P,
+    scene: &Scene,
+    arrivals: Vec<(usize, PhotonHit, R)>,
+    radiances: &mut [DVec3],
+) -> Vec<GatherPoint> {
+    let mut gathering = Vec::with_capacity(arrivals.len());
+    for (
+        item,
+        PhotonHit {
+            hit,
+            at,
+            throughput,
+            block,
+        },
+        mut rng,
+    ) in arrivals
+    {
+        let bsdf = &scene.surface(&hit).bsdf;
+        if let Some(light) = direct_light(parts, scene, bsdf, &at, ShadowRays::DEFAULT, &mut rng) {
+            radiances[item] += throughput * light.reflected;
+        }
+        if let Some(next) = parts.sample(bsdf, &at, &mut rng) {
+            let ray = Some(scene.spawn_ray(hit.point, hit.normal, next.direction));
+            gathering.push(PendingWalk {
+                item: (item, throughput * next.weight),
+                ray,
+                block,
+                rng,
+            });
+        }
+    }
+    let second = trace_to_diffuse(
+        parts,
+        scene,
+        &mut gathering.into_iter(),
+        &mut |(i, weight), emission| {
+            if parts.gathers_emission() {
+                radiances[i] += weight * emission;
+            }
+        },
+    );
+    second
+        .iter()
+        .map(|((i, weight), arrival, _)| GatherPoint::new(*i, arrival, *weight))
+        .collect()
 }
 
 /// Number of camera rays whose paths are traced together: they and their random numbers fit the
 /// cache.
 const TRACED_TOGETHER: usize = 512;
 
-impl<P: Photons + PathParts> Estimator for PhotonMapping<P> {
-    const BATCH_SIZE: u32 = 1 << 16;
-
-    fn radiance<R: Sampler>(
-        &self,
-        scene: &Scene,
-        ray: &Ray,
-        hit: Option<Hit>,
-        rng: &mut R,
-    ) -> DVec3 {
-        self.radiances(
-            scene,
-            std::iter::once(Sample {
-                ray: *ray,
-                hit,
-                rng,
-            }),
-        )[0]
+impl Estimator for PhotonMapping<'_> {
+    fn batch_size(&self) -> u32 {
+        1 << 16
     }
 
-    fn radiances<R: Sampler>(
-        &self,
-        scene: &Scene,
-        mut samples: impl Iterator<Item = Sample<R>>,
-    ) -> Vec<DVec3> {
-        self.in_parts(scene, &mut samples)
+    fn radiance(&self, scene: &Scene, ray: &Ray, _: Option<Hit>, rng: &mut dyn Sampler) -> DVec3 {
+        let rays = &mut std::iter::once((*ray, rng));
+        with_parts!(self.parts, |parts| self.in_parts(parts, scene, rays)[0])
+    }
+
+    fn radiances(&self, scene: &Scene, samples: &mut dyn Iterator<Item = Sample>) -> Vec<DVec3> {
+        let rays = &mut samples.map(|Sample { ray, rng, .. }| (ray, rng));
+        with_parts!(self.parts, |parts| self.in_parts(parts, scene, rays))
     }
 }

@@ -7,9 +7,9 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::error::Error;
-use crate::integrator::PathParts;
 use crate::integrator::emission::{Emission, emit};
 use crate::integrator::walk::{PendingWalk, WalkEvent, in_batches, trace_walks};
+use crate::integrator::{Parts, PathParts, with_parts};
 use crate::material::{Bsdf, Scattering, Vertex};
 use crate::math::kd_tree::KdTree;
 use crate::sampling::sampler::{FIRST_LIGHT_BLOCK, ImagePass, SampleStream, Sampler};
@@ -117,8 +117,8 @@ impl PhotonMap {
     /// Those of [`check`](Self::check); [`Error::Radiance`] for a photon whose flux is negative or
     /// not finite, and for a particle beyond
     /// [`MAX_PATH_VERTICES`](crate::integrator::MAX_PATH_VERTICES).
-    pub fn new<P: Photons + PathParts>(
-        parts: &P,
+    pub fn new(
+        parts: Parts<'_>,
         scene: &Scene,
         kind: PhotonMapKind,
         emitted: u32,
@@ -126,7 +126,11 @@ impl PhotonMap {
     ) -> Result<Self, Error> {
         let pass = pass.into();
         let rng = |particle| pass.particle_stream(particle, emitted);
-        let follow = |particles| trace_photons(parts, scene, kind, particles, rng);
+        let follow = |particles| {
+            with_parts!(parts, |parts| trace_photons(
+                parts, scene, kind, particles, &rng
+            ))
+        };
         let mut photons = pilot(emitted, follow)?;
         let first = emitted.min(PILOT_PARTICLES);
         let rest =
@@ -155,8 +159,8 @@ impl PhotonMap {
     /// # Errors
     /// [`Error::Option`] for no particles, and if pilot particles predict more photons than fit in
     /// [`MAX_MAP_MEMORY`].
-    pub fn check<P: Photons + PathParts>(
-        parts: &P,
+    pub fn check(
+        parts: Parts<'_>,
         scene: &Scene,
         kind: PhotonMapKind,
         emitted: u32,
@@ -165,7 +169,9 @@ impl PhotonMap {
         let pass = pass.into();
         let rng = |particle| pass.particle_stream(particle, emitted);
         pilot(emitted, |particles| {
-            trace_photons(parts, scene, kind, particles, rng)
+            with_parts!(parts, |parts| trace_photons(
+                parts, scene, kind, particles, &rng
+            ))
         })
         .map(|_| ())
     }
@@ -187,7 +193,7 @@ impl PhotonMap {
     /// that the ball cuts out, whose area is πr², too (Archimedes). Within r of an edge it is too
     /// small by the part of the disc that lies beyond.
     #[inline]
-    pub(super) fn reflected<P: Photons + Scattering>(
+    pub(super) fn reflected<P: Photons + Scattering + ?Sized>(
         &self,
         parts: &P,
         bsdf: &Bsdf,
@@ -250,12 +256,12 @@ fn pilot(
 
 /// Traces these particles to their ends; the flux of their photons is not yet divided among all
 /// particles.
-fn trace_photons<P: Photons + PathParts>(
+fn trace_photons<P: Photons + PathParts + ?Sized>(
     parts: &P,
     scene: &Scene,
     kind: PhotonMapKind,
     particles: Range<u32>,
-    rng: impl Fn(u32) -> SampleStream,
+    rng: &dyn Fn(u32) -> SampleStream,
 ) -> Result<Vec<(DVec3, Photon)>, Error> {
     let mut photons = vec![Vec::new(); particles.len()];
     let first = particles.start;

@@ -7,7 +7,7 @@ use super::photon_map::check_radius;
 use super::{Lookup, PhotonMapping};
 use crate::error::Error;
 use crate::film::check_radiance;
-use crate::integrator::{DefaultParts, Estimator, ImageEstimator, PathParts, Photons, Sample};
+use crate::integrator::{Estimator, ImageEstimator, Parts, Sample};
 use crate::sampling::rng::uniform2;
 use crate::sampling::sampler::ImagePass;
 use crate::scene::Scene;
@@ -20,16 +20,16 @@ use crate::scene::Scene;
 /// background is missing. The bias of the mean of n passes falls as n^(−1/3), its variance as
 /// n^(−2/3).
 #[derive(Clone, Copy, Debug)]
-pub struct Sppm<P = DefaultParts> {
+pub struct Sppm<'a> {
     /// Replaceable parts.
-    pub parts: P,
+    pub parts: Parts<'a>,
     /// Particles emitted in each pass, at least 1.
     pub particles: u32,
     /// Lookup radius of pass 0, in the scene's units, above 0.
     pub radius: f64,
 }
 
-impl<P: Photons + PathParts + Copy> ImageEstimator for Sppm<P> {
+impl ImageEstimator for Sppm<'_> {
     fn image(
         &self,
         scene: &Scene,
@@ -61,7 +61,7 @@ impl<P: Photons + PathParts + Copy> ImageEstimator for Sppm<P> {
                     rng,
                 }
             };
-            let row = photons.radiances(scene, (0..resolution[0]).map(sample));
+            let row = photons.radiances(scene, &mut (0..resolution[0]).map(sample));
             for (x, radiance) in row.iter().enumerate() {
                 let place = || format!(" at pixel ({x}, {y}), pass {}", pass.index);
                 check_radiance(*radiance).map_err(|error| error.at(place))?;

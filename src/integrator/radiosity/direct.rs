@@ -61,7 +61,7 @@ impl Light {
     }
 
     /// Returns the irradiance from the emitter at a node.
-    pub fn irradiance<P: FiniteElements + NextEvent + Scattering>(
+    pub fn irradiance<P: FiniteElements + NextEvent + Scattering + ?Sized>(
         &self,
         parts: &P,
         scene: &Scene,
@@ -87,7 +87,7 @@ impl Light {
 
 /// Returns the visible fraction of a flat emitter's light, from a Hammersley set weighted by the
 /// geometry term. Exact where all or nothing is visible.
-fn visible_fraction<P: FiniteElements + NextEvent + Scattering>(
+fn visible_fraction<P: FiniteElements + NextEvent + Scattering + ?Sized>(
     parts: &P,
     scene: &Scene,
     emitter: &Emitter,

@@ -17,7 +17,7 @@ use rayon::prelude::*;
 pub use mesh::{Element, Mesh, MeshResolution};
 pub use patch::{Patch, SpherePatch, is_near};
 
-use super::{DefaultParts, Estimator, NextEvent};
+use super::{Estimator, NextEvent, Parts, with_parts};
 use crate::error::Error;
 use crate::geometry::form_factor;
 use crate::geometry::form_factor::Polygon;
@@ -63,8 +63,8 @@ impl FormFactors {
     /// # Errors
     /// [`Error::Option`] before any work if they may take more than [`MAX_MEMORY`];
     /// [`Error::Interrupted`].
-    pub fn new<P: FiniteElements + NextEvent + Scattering>(
-        parts: &P,
+    pub fn new(
+        parts: Parts<'_>,
         scene: &Scene,
         mesh: &Mesh,
         row_done: &(dyn Fn(u64) -> bool + Sync),
@@ -74,7 +74,7 @@ impl FormFactors {
             .nodes
             .par_iter()
             .map(|node| {
-                let row = row(parts, scene, mesh, node);
+                let row = with_parts!(parts, |parts| row(parts, scene, mesh, node));
                 row_done(1).then_some(row).ok_or(Error::Interrupted)
             })
             .collect::<Result<_, _>>()?;
@@ -106,7 +106,7 @@ impl FormFactors {
     }
 }
 
-fn row<P: FiniteElements + NextEvent + Scattering>(
+fn row<P: FiniteElements + NextEvent + Scattering + ?Sized>(
     parts: &P,
     scene: &Scene,
     mesh: &Mesh,
@@ -169,8 +169,8 @@ pub enum ReadOut {
 /// Radiosity solution of a scene. As an estimator it draws no random numbers; it must be used with
 /// the scene for which it was computed.
 #[derive(Clone, Debug)]
-pub struct Radiosity<P = DefaultParts> {
-    parts: P,
+pub struct Radiosity<'a> {
+    parts: Parts<'a>,
     mesh: Mesh,
     lights: Vec<Light>,
     /// Radiance that every element sends to others, without its emission.
@@ -183,25 +183,25 @@ pub struct Radiosity<P = DefaultParts> {
     read_out: ReadOut,
 }
 
-impl<P: FiniteElements + NextEvent + Scattering> Radiosity<P> {
+impl<'a> Radiosity<'a> {
     /// Solves for the light of a scene; `row_done` as for [`FormFactors::new`].
     ///
     /// # Errors
     /// Those of [`Mesh::new`] and [`FormFactors::new`]; [`Error::Scene`] if the solution does not
     /// converge.
     pub fn new(
-        parts: P,
+        parts: Parts<'a>,
         scene: &Scene,
         resolution: MeshResolution,
         row_done: &(dyn Fn(u64) -> bool + Sync),
     ) -> Result<Self, Error> {
         let mesh = Mesh::new(scene, resolution)?;
-        let factors = FormFactors::new(&parts, scene, &mesh, row_done)?;
+        let factors = FormFactors::new(parts, scene, &mesh, row_done)?;
         let lights = Light::of(scene, mesh.target);
         let direct = mesh
             .nodes
             .par_iter()
-            .map(|node| direct_irradiance(&parts, scene, &lights, node))
+            .map(|node| direct_irradiance(parts, scene, &lights, node))
             .collect();
         let mut solution = Self {
             reflected: vec![DVec3::ZERO; mesh.elements.len()],
@@ -319,7 +319,7 @@ impl<P: FiniteElements + NextEvent + Scattering> Radiosity<P> {
             point: hit.point,
             normal: hit.normal * -hit.normal.dot(ray.direction).signum(),
         };
-        let direct = direct_irradiance(&self.parts, scene, &self.lights, &at);
+        let direct = direct_irradiance(self.parts, scene, &self.lights, &at);
         let indirect = match self.read_out {
             ReadOut::Interpolated => {
                 let nodes = element.nodes.clone().zip(weights);
@@ -328,7 +328,7 @@ impl<P: FiniteElements + NextEvent + Scattering> Radiosity<P> {
                 sum.max(DVec3::ZERO)
             }
             ReadOut::Gathered => {
-                let links = row(&self.parts, scene, &self.mesh, &at);
+                let links = with_parts!(self.parts, |parts| row(parts, scene, &self.mesh, &at));
                 let sent =
                     |link: &Link| f64::from(link.factor) * self.reflected[link.element as usize];
                 PI * links.iter().map(sent).sum::<DVec3>()
@@ -339,23 +339,25 @@ impl<P: FiniteElements + NextEvent + Scattering> Radiosity<P> {
 }
 
 /// Returns the irradiance from all emitters.
-fn direct_irradiance<P: FiniteElements + NextEvent + Scattering>(
-    parts: &P,
+fn direct_irradiance(
+    parts: Parts<'_>,
     scene: &Scene,
     lights: &[Light],
     at: &SurfacePoint,
 ) -> DVec3 {
-    let lights = lights.iter();
-    lights.map(|light| light.irradiance(parts, scene, at)).sum()
+    with_parts!(parts, |parts| lights
+        .iter()
+        .map(|light| light.irradiance(parts, scene, at))
+        .sum())
 }
 
-impl<P: FiniteElements + NextEvent + Scattering> Estimator for Radiosity<P> {
-    fn radiance<R: Sampler>(
+impl Estimator for Radiosity<'_> {
+    fn radiance(
         &self,
         scene: &Scene,
         ray: &Ray,
         hit: Option<Hit>,
-        _rng: &mut R,
+        _rng: &mut dyn Sampler,
     ) -> DVec3 {
         let Some(hit) = hit else {
             return scene.background().radiance(ray.direction);

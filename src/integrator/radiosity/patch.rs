@@ -111,7 +111,7 @@ impl Patch {
     /// Returns the unoccluded view of the patch from a point with a unit normal; `None` if one is
     /// behind the other.
     #[inline]
-    pub(super) fn view<P: FiniteElements + NextEvent + Scattering>(
+    pub(super) fn view<P: FiniteElements + NextEvent + Scattering + ?Sized>(
         &self,
         parts: &P,
         point: DVec3,
@@ -206,7 +206,7 @@ impl SpherePatch {
 
     /// Computes the form factor by the midpoint rule, exact from the sphere's own inside, where the
     /// integrand is constant.
-    fn view<P: FiniteElements + NextEvent + Scattering>(
+    fn view<P: FiniteElements + NextEvent + Scattering + ?Sized>(
         &self,
         parts: &P,
         point: DVec3,
@@ -227,7 +227,7 @@ impl SpherePatch {
     }
 
     /// Adds the form factor of a part, which is divided if it is near.
-    fn add<P: FiniteElements + NextEvent + Scattering>(
+    fn add<P: FiniteElements + NextEvent + Scattering + ?Sized>(
         &self,
         parts: &P,
         point: DVec3,

@@ -20,6 +20,8 @@ const PATH: [DVec3; 5] = [
 /// other path.
 struct FixedPath(Recorder, usize);
 
+default_parts!(FixedPath: Photons, FiniteElements);
+
 impl Bidirectional for FixedPath {
     fn strategy_weight(&self, path: &[Density], s: usize) -> f64 {
         self.0.strategy_weight(path, s);
@@ -31,7 +33,7 @@ impl Scattering for FixedPath {
     fn cosine_hemisphere(&self, _: [f64; 2]) -> DVec3 {
         (PATH[1] - PATH[0]).normalize()
     }
-    fn sample<R: Rng>(&self, bsdf: &Bsdf, at: &Vertex, _: &mut R) -> Option<BsdfSample> {
+    fn sample(&self, bsdf: &Bsdf, at: &Vertex, _: &mut dyn Rng) -> Option<BsdfSample> {
         let i = (1..4).find(|&i| at.point.distance(PATH[i]) < 1e-3)?;
         let ways = [i - 1, i + 1].map(|j| (PATH[j] - at.point).normalize());
         let direction = ways[usize::from(ways[0].dot(at.direction) < -0.99)];
@@ -127,14 +129,15 @@ fn nothing_is_connected_through_a_screen() {
         ],
         true,
     );
-    let bdpt = Bdpt::new(FixedPath(Recorder::default(), 2));
+    let parts = FixedPath(Recorder::default(), 2);
+    let bdpt = Bdpt::new(Parts::replaced(&parts));
     assert_eq!(
         bdpt.pass(&scene, [1, 1], master(), 0)
             .expect("legal values"),
         [DVec3::ZERO]
     );
     assert!(
-        bdpt.parts
+        parts
             .0
             .0
             .into_inner()
@@ -196,14 +199,15 @@ fn strategies_of_one_path_agree() {
             .collect();
         for s in 0..=4 {
             for connections in [Connections::All, Connections::Endpoints] {
+                let parts = FixedPath(Recorder::default(), s);
                 let bdpt = Bdpt {
-                    parts: FixedPath(Recorder::default(), s),
+                    parts: Parts::replaced(&parts),
                     connections,
                 };
                 let image = bdpt
                     .pass(&scene, [1, 1], master(), 0)
                     .expect("legal values");
-                let paths = bdpt.parts.0.0.into_inner().expect("no thread has panicked");
+                let paths = parts.0.0.into_inner().expect("no thread has panicked");
                 let found: Vec<_> = paths
                     .iter()
                     .filter(|(path, by)| path.len() == 4 && *by == s)

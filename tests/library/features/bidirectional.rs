@@ -2,7 +2,7 @@
 
 use super::*;
 
-pub(super) fn passes_of(estimator: &impl ImageEstimator, scene: &Scene, seed: u64) -> Measured {
+pub(super) fn passes_of(estimator: &dyn ImageEstimator, scene: &Scene, seed: u64) -> Measured {
     let mean = |index| {
         let image = estimator
             .pass(scene, FRAME, seed, index)
@@ -34,7 +34,7 @@ fn bidirectional_paths_are_right_where_any_two_features_meet() {
         };
         let bdpt = Bdpt {
             connections,
-            ..Bdpt::new(DefaultParts)
+            ..Bdpt::new(Parts::default())
         };
         (
             exact(row).is_none().then_some(Light::All(u32::MAX)),
@@ -52,7 +52,7 @@ pub(super) fn supports_particles(row: &Row) -> bool {
 #[test]
 fn light_tracing_is_right_where_any_two_features_meet() {
     let tracer = LightTracer {
-        parts: DefaultParts,
+        parts: Parts::default(),
     };
     assert_right(
         "light tracer",

@@ -31,7 +31,7 @@ mod table;
 use std::sync::LazyLock;
 
 use rayon::prelude::*;
-use whitefurnace::integrator::{Connections, Heuristic, Path, PathParts, Strategy as Finds};
+use whitefurnace::integrator::{Connections, Heuristic, Path, Strategy as Finds};
 use whitefurnace::render::{LaneEstimator, LaneRenderer, Precision, RayRenderer, Renderer};
 use whitefurnace::sampling::roulette::RR_DEPTH;
 
@@ -113,7 +113,7 @@ fn supports_paths(row: &Row) -> bool {
     has_low_noise(row) && !(row.is("engine", "single") && is_near_coincident(row))
 }
 
-fn path_of(row: &Row) -> Path {
+fn path_of(row: &Row) -> Path<'static> {
     let strategy = match row.get("finds") {
         "bsdf" => Finds::Bsdf,
         "light" => Finds::Light,
@@ -134,7 +134,7 @@ fn path_of(row: &Row) -> Path {
         rr_depth: if row.is("early", "some") { RR_DEPTH } else { 0 },
         specular_nee: row.is("bodies", "yes"),
         bounces: row.is("bounces", "three").then_some(3),
-        ..Path::new(DefaultParts, strategy)
+        ..Path::new(strategy)
     }
 }
 
@@ -171,9 +171,8 @@ fn film_of(size: [u32; 2], scene: &Scene, renderer: &impl Renderer, samples: u32
     film
 }
 
-fn by_path<P: PathParts + Copy>(row: &Row, parts: P, scene: &Scene, seed: u64) -> Film {
-    let (path, sampling) = (path_of(row), sampling_of(row, seed));
-    let estimator = path.with_parts(parts);
+fn by_path(row: &Row, parts: Parts<'_>, scene: &Scene, seed: u64) -> Film {
+    let (path, sampling) = (path_of(row).with_parts(parts), sampling_of(row, seed));
     let lanes = |precision| LaneRenderer {
         estimator: LaneEstimator::Path(path),
         sampling,
@@ -182,15 +181,7 @@ fn by_path<P: PathParts + Copy>(row: &Row, parts: P, scene: &Scene, seed: u64) -
     // Shadow rays alone are noisy where surfaces emit.
     let count = samples() * if row.is("finds", "light") { 4 } else { 1 };
     match row.get("engine") {
-        _ if !parts.is_default() => film(
-            scene,
-            &RayRenderer {
-                estimator,
-                sampling,
-            },
-            count,
-        ),
-        "single" => film(scene, &lanes(Precision::Single), count),
+        "single" if parts.are_default() => film(scene, &lanes(Precision::Single), count),
         _ => film(scene, &lanes(Precision::Double), count),
     }
 }
@@ -367,7 +358,10 @@ fn paths_are_right_where_any_two_features_meet() {
                 _ if exact(row).is_some() => None,
                 _ => Some(Light::All(u32::MAX)),
             };
-            (light, by_pixel(&by_path(row, DefaultParts, scene, seed)))
+            (
+                light,
+                by_pixel(&by_path(row, Parts::default(), scene, seed)),
+            )
         },
     );
 }
@@ -375,10 +369,9 @@ fn paths_are_right_where_any_two_features_meet() {
 /// Weights that count light twice are detected in most scenes.
 #[test]
 fn paths_that_are_wrong_are_seen() {
-    #[derive(Clone, Copy)]
     struct Twice;
-    impl Scattering for Twice {}
-    impl Roulette for Twice {}
+    default_parts!(Twice: Scattering, Roulette, Photons, Bidirectional, FiniteElements);
+
     impl NextEvent for Twice {
         fn mis_weight(&self, _: f64, _: f64) -> f64 {
             1.0
@@ -406,7 +399,7 @@ fn paths_that_are_wrong_are_seen() {
             row,
             &scene,
             light,
-            by_pixel(&by_path(row, Twice, &scene, master())),
+            by_pixel(&by_path(row, Parts::replaced(&Twice), &scene, master())),
             master(),
         );
         found

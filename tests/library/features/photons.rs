@@ -25,10 +25,7 @@ pub fn supports_photons(row: &Row) -> bool {
 /// How photons are looked up.
 pub const LOOKUPS: Factor = ("lookup", &["direct", "gather", "progressive"]);
 
-fn by_maps<P>(parts: P, scene: &Scene, lookup: Lookup, seed: u64) -> Measured
-where
-    P: Photons + PathParts + Copy,
-{
+fn by_maps(parts: Parts<'_>, scene: &Scene, lookup: Lookup, seed: u64) -> Measured {
     let mean = |index: u32| {
         let estimator = PhotonMapping::new(parts, scene, lookup, PARTICLES, RADIUS, (seed, index));
         let renderer = RayRenderer {
@@ -57,11 +54,11 @@ fn photons_are_right_where_any_two_features_meet() {
                 caustic_radius: RADIUS,
             };
             let measured = match row.get("lookup") {
-                "direct" => by_maps(DefaultParts, scene, Lookup::DirectVisualization, seed),
-                "gather" => by_maps(DefaultParts, scene, gather, seed),
+                "direct" => by_maps(Parts::default(), scene, Lookup::DirectVisualization, seed),
+                "gather" => by_maps(Parts::default(), scene, gather, seed),
                 _ => {
                     let sppm = Sppm {
-                        parts: DefaultParts,
+                        parts: Parts::default(),
                         particles: PARTICLES,
                         radius: 2.0 * RADIUS,
                     };
@@ -82,11 +79,9 @@ fn photons_are_right_where_any_two_features_meet() {
 /// Photons of half the flux are detected.
 #[test]
 fn photons_that_are_wrong_are_seen() {
-    #[derive(Clone, Copy)]
     struct Halved;
-    impl Scattering for Halved {}
-    impl Roulette for Halved {}
-    impl NextEvent for Halved {}
+    default_parts!(Halved: Scattering, Roulette, NextEvent, Bidirectional, FiniteElements);
+
     impl Photons for Halved {
         fn photon_density(&self, brdf: DVec3, flux: DVec3, wi: DVec3, square: f64) -> DVec3 {
             0.5 * DefaultParts.photon_density(brdf, flux, wi, square)
@@ -99,7 +94,12 @@ fn photons_that_are_wrong_are_seen() {
     let rows: Vec<&Row> = rows.take(4).collect();
     let is_seen = |row: &&&Row| {
         let scene = scene_of(row);
-        let measured = by_maps(Halved, &scene, Lookup::DirectVisualization, master());
+        let measured = by_maps(
+            Parts::replaced(&Halved),
+            &scene,
+            Lookup::DirectVisualization,
+            master(),
+        );
         Found::new(row, &scene, None, measured, master())
             .objection()
             .is_some_and(|text| text.starts_with("differs"))
@@ -124,10 +124,10 @@ fn particles_know_nothing_of_the_background() {
         let scenes = [row.clone(), row.with("background", "dark")].map(|row| scene_of(&row));
         let [lit, dark] = scenes.each_ref().map(|scene| {
             let tracer = LightTracer {
-                parts: DefaultParts,
+                parts: Parts::default(),
             };
             let sppm = Sppm {
-                parts: DefaultParts,
+                parts: Parts::default(),
                 particles: 300,
                 radius: 0.3,
             };

@@ -40,7 +40,7 @@ fn radiosity_is_right_where_any_two_features_meet() {
                 patches: PATCHES,
                 halvings: 0,
             };
-            let estimator = Radiosity::new(DefaultParts, scene, resolution, &|_| true);
+            let estimator = Radiosity::new(Parts::default(), scene, resolution, &|_| true);
             let renderer = RayRenderer {
                 estimator: estimator.expect("a solution"),
                 sampling: sampling_of(row, seed),

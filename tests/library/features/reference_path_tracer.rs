@@ -21,13 +21,7 @@ pub enum Light {
 pub struct ReferencePathTracer(pub Light);
 
 impl Estimator for ReferencePathTracer {
-    fn radiance<R: Sampler>(
-        &self,
-        scene: &Scene,
-        ray: &Ray,
-        hit: Option<Hit>,
-        rng: &mut R,
-    ) -> DVec3 {
+    fn radiance(&self, scene: &Scene, ray: &Ray, hit: Option<Hit>, rng: &mut dyn Sampler) -> DVec3 {
         let (mut ray, mut hit, mut throughput, mut radiance) = (*ray, hit, DVec3::ONE, DVec3::ZERO);
         let (mut scattered, mut diffusely) = (0_u32, false);
         loop {

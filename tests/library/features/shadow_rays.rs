@@ -115,6 +115,8 @@ impl ShadowRayFollower<'_> {
     }
 }
 
+default_parts!(ShadowRayFollower<'_>: Photons, Bidirectional, FiniteElements);
+
 impl NextEvent for ShadowRayFollower<'_> {
     fn sample_emitter(&self, emitter: &Emitter, random: [f64; 2]) -> EmitterPoint {
         self.events().sends = true;
@@ -206,7 +208,7 @@ const OBJECTS: [DVec3; 6] = [
 
 /// Transmits through glass half of the time. Weights do not matter here.
 impl Scattering for ShadowRayFollower<'_> {
-    fn sample<R: Rng>(&self, bsdf: &Bsdf, at: &Vertex, rng: &mut R) -> Option<BsdfSample> {
+    fn sample(&self, bsdf: &Bsdf, at: &Vertex, rng: &mut dyn Rng) -> Option<BsdfSample> {
         let mut guard = self.events();
         let Events {
             shadow_rays,
@@ -268,23 +270,23 @@ impl Scattering for ShadowRayFollower<'_> {
 
 /// Passes the events of some paths of each scene of the table to `check`, with the settings of its
 /// row.
-fn watch(follows: bool, mut check: impl FnMut(&Row, &Path<()>, Found)) {
+fn watch(follows: bool, mut check: impl FnMut(&Row, &Path<'_>, Found)) {
     let mut rng = rng("features");
     for row in path_rows() {
         let row = row.with("finds", "mis");
         let scene = scene_of(&row);
-        let settings = path_of(&row).with_parts(());
+        let settings = path_of(&row);
         let parts = ShadowRayFollower {
             scene: &scene,
             follows,
             events: Mutex::default(),
         };
-        let path = settings.with_parts(parts);
+        let path = settings.with_parts(Parts::replaced(&parts));
         for _ in 0..(2000.0 * context("features").scale) as u32 {
             let [x, y] = uniform2(&mut rng);
             let ray = scene.camera().ray([1, 1], x, y);
             path.radiance(&scene, &ray, scene.intersect(&ray), &mut rng);
-            let events = std::mem::take(&mut *path.parts.events());
+            let events = std::mem::take(&mut *parts.events());
             assert!(
                 events.followed.is_none(),
                 "a shadow ray found {:?}, no path hits it: {row}",
@@ -352,6 +354,8 @@ struct LastScatteringRecorder {
     last_and_any: Mutex<[bool; 2]>,
 }
 
+default_parts!(LastScatteringRecorder: Roulette, Photons, Bidirectional, FiniteElements);
+
 impl NextEvent for LastScatteringRecorder {
     fn counts_emission(&self, strategy: Finds, sampled: bool) -> bool {
         let [last, any] = *self.last_and_any.lock().expect("no thread has panicked");
@@ -360,10 +364,8 @@ impl NextEvent for LastScatteringRecorder {
     }
 }
 
-impl Roulette for LastScatteringRecorder {}
-
 impl Scattering for LastScatteringRecorder {
-    fn sample<R: Rng>(&self, bsdf: &Bsdf, at: &Vertex, rng: &mut R) -> Option<BsdfSample> {
+    fn sample(&self, bsdf: &Bsdf, at: &Vertex, rng: &mut dyn Rng) -> Option<BsdfSample> {
         self.last_and_any.lock().expect("no thread has panicked")[0] = false;
         DefaultParts.sample(bsdf, at, rng)
     }
@@ -388,21 +390,18 @@ fn the_report_counts_hits_that_its_shadow_rays_do_not_find() {
                 ..TransportRules::REPORT
             },
         ] {
+            let parts = LastScatteringRecorder {
+                rules,
+                last_and_any: Mutex::default(),
+            };
             let report = Report {
-                parts: LastScatteringRecorder {
-                    rules,
-                    last_and_any: Mutex::default(),
-                },
+                parts: Parts::replaced(&parts),
                 rules,
                 segments: 30,
                 rays: 1,
             };
             for _ in 0..(500.0 * context("features").scale) as u32 {
-                *report
-                    .parts
-                    .last_and_any
-                    .lock()
-                    .expect("no thread has panicked") = [false; 2];
+                *parts.last_and_any.lock().expect("no thread has panicked") = [false; 2];
                 let [x, y] = uniform2(&mut rng);
                 let ray = scene.camera().ray([1, 1], x, y);
                 report.radiance(&scene, &ray, scene.intersect(&ray), &mut rng);

@@ -54,6 +54,8 @@ impl PathRetracer {
     }
 }
 
+default_parts!(PathRetracer: Photons, FiniteElements);
+
 impl Bidirectional for PathRetracer {
     fn importance(&self, camera: &Camera, size: [u32; 2], direction: DVec3) -> f64 {
         // Called at the start of a walk, or for a point that the camera sees.
@@ -136,7 +138,7 @@ impl Roulette for PathRetracer {
 }
 
 impl Scattering for PathRetracer {
-    fn sample<R: Rng>(&self, bsdf: &Bsdf, at: &Vertex, rng: &mut R) -> Option<BsdfSample> {
+    fn sample(&self, bsdf: &Bsdf, at: &Vertex, rng: &mut dyn Rng) -> Option<BsdfSample> {
         let mut events = self.events();
         let Events {
             eye,
@@ -191,10 +193,11 @@ fn all_strategies_of_a_path_find_its_densities() {
     {
         let scene = scene_of(row);
         for index in 0..(1000.0 * context("features").scale) as u32 {
-            let bdpt = Bdpt::new(PathRetracer::default());
-            bdpt.pass(&scene, [1, 1], master(), index)
+            let parts = PathRetracer::default();
+            Bdpt::new(Parts::replaced(&parts))
+                .pass(&scene, [1, 1], master(), index)
                 .expect("legal values");
-            let events = bdpt.parts.0.into_inner().expect("no thread has panicked");
+            let events = parts.0.into_inner().expect("no thread has panicked");
             if let Some(ConnectedPath { points, met, path }) = events.followed {
                 panic!("the walk from the camera reached {met} of {points:?} {path:?}: {row}");
             }

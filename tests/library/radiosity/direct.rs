@@ -24,9 +24,9 @@ impl VisibilityRecorder {
     }
 }
 
-impl Scattering for &VisibilityRecorder {}
+default_parts!(VisibilityRecorder: Scattering, Roulette, Photons, Bidirectional);
 
-impl NextEvent for &VisibilityRecorder {
+impl NextEvent for VisibilityRecorder {
     fn sample_emitter(&self, emitter: &Emitter, random: [f64; 2]) -> EmitterPoint {
         self.points.lock().expect("no panic").push(random);
         emitter.sample(random)
@@ -37,7 +37,7 @@ impl NextEvent for &VisibilityRecorder {
     }
 }
 
-impl FiniteElements for &VisibilityRecorder {
+impl FiniteElements for VisibilityRecorder {
     fn is_near(&self, _: f64, _: f64) -> bool {
         self.divides
     }
@@ -65,8 +65,13 @@ fn the_seen_share_of_a_light_is_that_of_its_geometry_terms() {
         });
         let hides = |y: DVec3| y.y + y.z > 0.4;
         let recorder = VisibilityRecorder::new(hides, false);
-        let solved =
-            Radiosity::new(&recorder, &scene, resolution(1, 0), &|_| true).expect("a solution");
+        let solved = Radiosity::new(
+            Parts::replaced(&recorder),
+            &scene,
+            resolution(1, 0),
+            &|_| true,
+        )
+        .expect("a solution");
         recorder.points.lock().expect("no panic").clear();
         let x = DVec3::new(0.1, 0.2, 0.0);
         let found = irradiance(&solved, &scene, x, -DVec3::Z);
@@ -115,7 +120,10 @@ fn the_seen_share_of_a_light_is_that_of_its_geometry_terms() {
         square(s, 0.5, -1.0, true, lamp(1.0));
     });
     let recorder = VisibilityRecorder::new(|_| false, false);
-    let solved = Radiosity::new(&recorder, &dark, resolution(1, 0), &|_| true).expect("a solution");
+    let solved = Radiosity::new(Parts::replaced(&recorder), &dark, resolution(1, 0), &|_| {
+        true
+    })
+    .expect("a solution");
     assert_eq!(
         irradiance(&solved, &dark, DVec3::ZERO, -DVec3::Z),
         DVec3::ZERO
@@ -169,8 +177,13 @@ fn the_light_of_a_sphere_is_that_of_its_parts() {
     let x = DVec3::new(-0.45, 0.4, -0.45);
     for (divides, side) in [(false, 1), (true, 8)] {
         let recorder = VisibilityRecorder::new(|y| y.x > 0.7, divides);
-        let solved =
-            Radiosity::new(&recorder, &scene, resolution(50, 0), &|_| true).expect("a solution");
+        let solved = Radiosity::new(
+            Parts::replaced(&recorder),
+            &scene,
+            resolution(50, 0),
+            &|_| true,
+        )
+        .expect("a solution");
         recorder.targets.lock().expect("no panic").clear();
         let found = irradiance(&solved, &scene, x, -DVec3::Z);
         let (mut expected, mut targets) = (0.0, Vec::new());

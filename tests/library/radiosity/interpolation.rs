@@ -47,6 +47,9 @@ struct Field<F>(F);
 const CORNER: DVec3 = DVec3::new(-0.05, -0.05, 2.0);
 
 impl<F: Sync> Scattering for Field<F> {}
+impl<F: Sync> Roulette for Field<F> {}
+impl<F: Sync> Photons for Field<F> {}
+impl<F: Sync> Bidirectional for Field<F> {}
 
 impl<F: Sync> NextEvent for Field<F> {
     fn visible(&self, _: &Scene, _: SurfacePoint, y: SurfacePoint, _: bool) -> bool {
@@ -103,8 +106,14 @@ fn interpolation_between_nodes_is_exact_for_what_is_linear() {
             }
             None => 3.0 + x.x + 0.7 * x.y,
         };
-        let interpolated = Radiosity::new(Field(field), &scene, resolution(patches, 0), &|_| true)
-            .expect("a solution");
+        let parts = Field(field);
+        let interpolated = Radiosity::new(
+            Parts::replaced(&parts),
+            &scene,
+            resolution(patches, 0),
+            &|_| true,
+        )
+        .expect("a solution");
         let gathered = interpolated.clone().read(ReadOut::Gathered);
         for (i, j) in (0..13 * 13).map(|k| (k / 13, k % 13)) {
             let [u, v] = [i, j].map(|k| f64::from(k) / 12.0);
@@ -149,7 +158,8 @@ fn interpolation_between_nodes_is_exact_for_what_is_linear() {
 fn form_factors_of_elements_are_those_of_their_nodes() {
     let scene = furnace(0.5);
     let mesh = Mesh::new(&scene, resolution(1, 0)).expect("a mesh");
-    let factors = FormFactors::new(&DefaultParts, &scene, &mesh, &|_| true).expect("form factors");
+    let factors =
+        FormFactors::new(Parts::default(), &scene, &mesh, &|_| true).expect("form factors");
     let elements = mesh.elements();
     assert_eq!((elements.len(), mesh.nodes()), (24, 72));
     for (i, element) in elements.iter().enumerate() {

@@ -26,8 +26,8 @@ fn scene(parts: impl FnOnce(&mut SceneBuilder)) -> Scene {
     )
 }
 
-fn solve(scene: &Scene, resolution: MeshResolution) -> Result<Radiosity, Error> {
-    Radiosity::new(DefaultParts, scene, resolution, &|_| true)
+fn solve(scene: &Scene, resolution: MeshResolution) -> Result<Radiosity<'static>, Error> {
+    Radiosity::new(Parts::default(), scene, resolution, &|_| true)
 }
 
 /// Returns a room of surfaces of every kind with lights of every kind: triangles and rectangles, a
@@ -91,10 +91,7 @@ fn nodes(patch: &Patch) -> Vec<DVec3> {
 }
 
 /// Returns the irradiance where a ray along `direction` meets a surface at `point`.
-fn irradiance<P>(solved: &Radiosity<P>, scene: &Scene, point: DVec3, direction: DVec3) -> DVec3
-where
-    P: FiniteElements + NextEvent + Scattering,
-{
+fn irradiance(solved: &Radiosity<'_>, scene: &Scene, point: DVec3, direction: DVec3) -> DVec3 {
     let ray = Ray::new(point - 0.01 * direction, direction);
     solved.irradiance(scene, &ray, &scene.intersect(&ray).expect("a surface"))
 }
@@ -121,7 +118,8 @@ fn irradiances_solve_the_equation_by_hand() {
     let scene = with(albedos, 1.0);
     let solved = solve(&scene, resolution(8, 0)).expect("a solution");
     let mesh = Mesh::new(&scene, resolution(8, 0)).expect("a mesh");
-    let factors = FormFactors::new(&DefaultParts, &scene, &mesh, &|_| true).expect("form factors");
+    let factors =
+        FormFactors::new(Parts::default(), &scene, &mesh, &|_| true).expect("form factors");
     let direct = solve(&with([DVec3::splat(1e-30); 2], 1.0), resolution(8, 0)).expect("a solution");
     assert!(
         (1..5).contains(&direct.sweeps()) && solved.sweeps() > 5,
@@ -290,7 +288,7 @@ fn what_it_cannot_do_is_refused_in_one_line() {
     );
     refused(&furnace(1.0), resolution(12, 0), "does not converge");
     assert!(matches!(
-        Radiosity::new(DefaultParts, &cube, default, &|_| false),
+        Radiosity::new(Parts::default(), &cube, default, &|_| false),
         Err(Error::Interrupted)
     ));
 }

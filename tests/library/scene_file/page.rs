@@ -82,7 +82,7 @@ fn the_pages_example_renders() {
         silhouettes: false,
     };
     let mut film = Film::new([16, 12], None, 1).expect("a film");
-    let path = whitefurnace::integrator::Path::<DefaultParts>::default();
+    let path = whitefurnace::integrator::Path::default();
     render(
         &description.build().expect("a scene"),
         &path,

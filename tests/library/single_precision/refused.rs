@@ -27,7 +27,7 @@ fn ball_on_a_plane(reach: f64) -> Scene {
 fn what_is_refused_is_wrong_and_what_is_taken_is_right() {
     for (reach, taken) in [(16.0, true), (1000.0, true), (4000.0, true), (1e6, false)] {
         let scene = ball_on_a_plane(reach);
-        let estimator = LaneEstimator::Path(Path::new(DefaultParts, Finds::Bsdf));
+        let estimator = LaneEstimator::Path(Path::new(Finds::Bsdf));
         assert_eq!(check_single_precision(&scene).is_ok(), taken, "{reach}");
         let [double, single] = [Precision::Double, Precision::UncheckedSingle].map(|precision| {
             let mut film = Film::new([32, 24], None, 1).expect("a legal size");
@@ -52,7 +52,7 @@ fn what_is_refused_is_wrong_and_what_is_taken_is_right() {
 
 #[test]
 fn what_single_precision_would_show_is_refused() {
-    let path = |strategy| LaneEstimator::Path(Path::new(DefaultParts, strategy));
+    let path = |strategy| LaneEstimator::Path(Path::new(strategy));
     let of = |size: f64, detail: f64, surface| {
         scene(|scene| {
             ball(scene, Sphere::new(DVec3::ZERO, size), diffuse(0.5));

@@ -117,14 +117,14 @@ fn densities_by_strategy(
     };
     let image = Splats::new(FRAME);
     let blocks = script(scene, path, at, s);
-    let numbers = Scripted(Script {
+    let mut numbers = Scripted(Script {
         blocks: &blocks,
         block: 0,
         used: 0,
     });
     let pixel = at.map(|x| x as u32);
-    Bdpt::new(parts)
-        .pair(scene, pixel, FRAME, &image, numbers)
+    Bdpt::new(Parts::replaced(&parts))
+        .pair(scene, pixel, FRAME, &image, &mut numbers)
         .ok()?;
     let value = image.into_values().iter().map(|value| value.x).sum();
     RECORDED.with_borrow_mut(|found| (found.len() == 1).then(|| (found.remove(0), value)))

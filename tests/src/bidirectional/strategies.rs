@@ -15,7 +15,7 @@ fn weighted(
     subject: EstimatorSubject,
     strategy_weight: fn(&[Density], usize) -> f64,
 ) -> EstimatorSubject {
-    Configuration {
+    EstimatorSubject {
         parts: Some(PartTable {
             strategy_weight,
             ..subject.parts.unwrap_or(CORRECT)
@@ -124,7 +124,7 @@ fn sphere(
     let family_trial = mean(name, consequence, Bdpt, &PATH_DENSITY, what, image, size);
     with_altered_subject(family_trial, move |subject| {
         let table = only(subject).parts.unwrap_or(CORRECT);
-        Configuration {
+        EstimatorSubject {
             parts: Some(PartTable {
                 survival_by_throughput: |throughput, _| f64::from(throughput.x > 0.1),
                 ..table
@@ -141,11 +141,7 @@ const PATHS: u64 = 10_000;
 struct Weights;
 
 impl Property for Weights {
-    fn run<P: EstimatorParts + Copy>(
-        &self,
-        context: &Context,
-        setup: Configuration<P>,
-    ) -> Vec<Outcome> {
+    fn run(&self, context: &Context, setup: Configuration<'_>) -> Vec<Outcome> {
         let mut rng = context.rng("paths");
         let (mut sums, mut balance) = (0.0_f64, 0.0_f64);
         for _ in 0..context.arguments(PATHS) {

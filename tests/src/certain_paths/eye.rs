@@ -37,9 +37,9 @@ pub(super) const PARTICLES: u32 = 5;
 impl Eye {
     /// Returns the [`mean_channel`] of every pixel, one path each: rays draw from `rng`, passes and
     /// maps are seeded by `seed`.
-    pub(super) fn image<P: EstimatorParts + Copy>(
+    pub(super) fn image(
         self,
-        setup: Configuration<P>,
+        setup: Configuration<'_>,
         scene: &Scene,
         rng: &mut Stream,
         seed: u64,

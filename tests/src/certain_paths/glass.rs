@@ -178,7 +178,7 @@ pub(super) fn faults() -> Vec<Fault<EstimatorSubject>> {
         radiance_factor: false,
         ..TransportRules::PHYSICAL
     };
-    let subject = Configuration {
+    let subject = EstimatorSubject {
         rules,
         ..parts(ENDLESS)
     };

@@ -66,11 +66,7 @@ struct EveryPixelKnown {
 }
 
 impl Property for EveryPixelKnown {
-    fn run<P: EstimatorParts + Copy>(
-        &self,
-        context: &Context,
-        setup: Configuration<P>,
-    ) -> Vec<Outcome> {
+    fn run(&self, context: &Context, setup: Configuration<'_>) -> Vec<Outcome> {
         let mut rng = context.rng("ways");
         let outcome = |(scene, expected): &(Arc<Scene>, f64)| {
             let seed = context.seed_of("passes");
@@ -104,24 +100,14 @@ struct ParticleSum {
 }
 
 impl Property for ParticleSum {
-    fn run<P: EstimatorParts + Copy>(
-        &self,
-        context: &Context,
-        setup: Configuration<P>,
-    ) -> Vec<Outcome> {
+    fn run(&self, context: &Context, setup: Configuration<'_>) -> Vec<Outcome> {
         let (parts, seed) = (setup.parts, context.seed_of("particles"));
         let sum = if self.by_eye {
             let mut rng = context.rng("ways");
             let image = Eye::LightTracer.image(setup, &self.scene, &mut rng, seed);
             image.map(|image| image.iter().sum::<f64>())
         } else {
-            let map = PhotonMap::new(
-                &parts,
-                &self.scene,
-                PhotonMapKind::All,
-                PARTICLES,
-                (seed, 0),
-            );
+            let map = PhotonMap::new(parts, &self.scene, PhotonMapKind::All, PARTICLES, (seed, 0));
             map.map(|map| mean_channel(&self.scene, map.photons().map(|photon| photon.flux).sum()))
         };
         let error = sum.map_or(f64::NAN, |sum| sum / self.expected - 1.0);
@@ -310,7 +296,7 @@ fn cuts(
     all: &'static [&'static str],
 ) -> Vec<Fault<EstimatorSubject>> {
     let cut = |name, wrong, segments, survives: fn(f64, f64) -> bool, rejected_by| {
-        let subject = Configuration {
+        let subject = EstimatorSubject {
             segments: Some(segments),
             ..parts(PartTable { survives, ..table })
         };

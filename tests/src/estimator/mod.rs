@@ -56,8 +56,8 @@ pub fn faults() -> Vec<Fault<EstimatorSubject>> {
 
 /// Faults in the configuration of an estimator.
 fn configuration_faults() -> Vec<Fault<EstimatorSubject>> {
-    let rules = |rules| Configuration { rules, ..STANDARD };
-    let segments = |segments| Configuration {
+    let rules = |rules| EstimatorSubject { rules, ..STANDARD };
+    let segments = |segments| EstimatorSubject {
         segments: Some(segments),
         ..STANDARD
     };

@@ -130,12 +130,7 @@ struct Balance {
 impl Balance {
     /// Returns the balance of each wall in one replication, the mean of the channels in units of
     /// what the wall emits.
-    fn replication<P: EstimatorParts + Copy>(
-        &self,
-        setup: Configuration<P>,
-        seed: u64,
-        number: u32,
-    ) -> [f64; WALLS] {
+    fn replication(&self, setup: Configuration<'_>, seed: u64, number: u32) -> [f64; WALLS] {
         let (mut places, mut rays) = (Vec::new(), Vec::new());
         for wall in 0..WALLS {
             for mut numbers in points(seed, wall as u32, number, POINTS) {
@@ -160,11 +155,7 @@ impl Balance {
 }
 
 impl Property for Balance {
-    fn run<P: EstimatorParts + Copy>(
-        &self,
-        context: &Context,
-        setup: Configuration<P>,
-    ) -> Vec<Outcome> {
+    fn run(&self, context: &Context, setup: Configuration<'_>) -> Vec<Outcome> {
         let (seed, mut number) = (context.seed_of("walls"), 0..);
         let about = NAMES.map(|name| (name, 1.0, IMAGE_DELTA));
         means(about, context.n(REPLICATIONS), || {

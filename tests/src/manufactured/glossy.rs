@@ -60,12 +60,7 @@ struct InZones<const N: usize> {
 
 impl<const N: usize> InZones<N> {
     /// Returns one value of the radiance; `None` if no film can hold it, which is a fault.
-    fn value<P: EstimatorParts + Copy>(
-        &self,
-        setup: Configuration<P>,
-        seed: u64,
-        number: u32,
-    ) -> Option<DVec3> {
+    fn value(&self, setup: Configuration<'_>, seed: u64, number: u32) -> Option<DVec3> {
         match self.by {
             By::Rays(kind) => {
                 let rays = points(seed, 0, number, POINTS).map(|numbers| (self.ray, numbers));
@@ -92,11 +87,7 @@ impl<const N: usize> InZones<N> {
 }
 
 impl<const N: usize> Property for InZones<N> {
-    fn run<P: EstimatorParts + Copy>(
-        &self,
-        context: &Context,
-        setup: Configuration<P>,
-    ) -> Vec<Outcome> {
+    fn run(&self, context: &Context, setup: Configuration<'_>) -> Vec<Outcome> {
         let (seed, answers) = (
             context.seed_of("patch"),
             DVec3::from_array((self.answers)()),

@@ -115,11 +115,7 @@ struct ZoneRadiances {
 }
 
 impl Property for ZoneRadiances {
-    fn run<P: EstimatorParts + Copy>(
-        &self,
-        context: &Context,
-        setup: Configuration<P>,
-    ) -> Vec<Outcome> {
+    fn run(&self, context: &Context, setup: Configuration<'_>) -> Vec<Outcome> {
         let zone = |((name, ray), radiance): ((&str, Rays), DVec3)| {
             let reference = mean_channel(&self.scene, radiance);
             let probe = Probe {

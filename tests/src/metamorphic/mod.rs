@@ -18,6 +18,7 @@ use glam::DVec3;
 use whitefurnace::error::Error;
 use whitefurnace::harness::images::{Rules, Side, compare};
 use whitefurnace::harness::outcome::Verdict;
+use whitefurnace::integrator::Parts;
 use whitefurnace::math::moments::FIXED_POINT_UNIT;
 use whitefurnace::sampling::rng::{seed_for, stream};
 use whitefurnace::scene::Scene;
@@ -30,7 +31,7 @@ pub use scene::{Material, Object, SceneText, Similarity, View};
 use technique::{Images, SAMPLES};
 pub use technique::{RESOLUTION, TECHNIQUES, Technique};
 
-use crate::subject::{EstimatorParts, PartTable};
+use crate::subject::PartTable;
 
 /// A relation on a scene.
 #[derive(Clone)]
@@ -106,11 +107,7 @@ const FILM_ROUNDING: f64 = 16.0 * FIXED_POINT_UNIT;
 
 /// Tests the random scene of a seed under all relations, each by a random technique, until one
 /// fails. Cases that `takes` refuses are left out.
-pub fn test_scene<P: EstimatorParts + Copy>(
-    seed: u64,
-    parts: P,
-    takes: fn(&Case) -> bool,
-) -> Vec<(Case, Found)> {
+pub fn test_scene(seed: u64, parts: Parts<'_>, takes: fn(&Case) -> bool) -> Vec<(Case, Found)> {
     let scene = generate(seed);
     let mut all = Vec::new();
     for relation in &RELATIONS {
@@ -135,8 +132,8 @@ struct Render {
 }
 
 /// Renders the images of a side, each the sum over its renders.
-fn images_of<P: EstimatorParts + Copy>(
-    parts: P,
+fn images_of(
+    parts: Parts<'_>,
     side: &[Render],
     seed: u64,
     images: Images,
@@ -172,7 +169,7 @@ impl Case {
     }
 
     /// Tests the relation by the images that these parts of estimators make.
-    pub fn check<P: EstimatorParts + Copy>(&self, parts: P) -> Found {
+    pub fn check(&self, parts: Parts<'_>) -> Found {
         let found = || {
             let Some(sides) = self.renders()? else {
                 return Ok(Found::NotApplicable);
@@ -214,9 +211,9 @@ impl Case {
 
     /// Compares `count` images of each side at a level, or one of each under one seed where the
     /// relation is exact.
-    fn look<P: EstimatorParts + Copy>(
+    fn look(
         &self,
-        parts: P,
+        parts: Parts<'_>,
         sides: &[Vec<Render>; 2],
         count: u32,
         level: f64,

@@ -6,8 +6,8 @@ use rand::Rng;
 use whitefurnace::error::Error;
 use whitefurnace::film::{Film, Pixel};
 use whitefurnace::integrator::{
-    Bdpt, Connections, DefaultParts, Heuristic, ImageEstimator, LightTracer, Path, Report,
-    Strategy, TransportRules,
+    Bdpt, Connections, Heuristic, ImageEstimator, LightTracer, Parts, Path, Report, Strategy,
+    TransportRules,
 };
 use whitefurnace::light::emitter::LightSampling;
 use whitefurnace::render::{
@@ -19,7 +19,6 @@ use whitefurnace::sampling::sampler::{ImagePass, SamplerKind};
 use whitefurnace::scene::Scene;
 
 use super::scene::SceneText;
-use crate::subject::EstimatorParts;
 
 /// Width and height of the images: not square, so that rows and columns are told apart.
 pub const RESOLUTION: [u32; 2] = [12, 8];
@@ -58,12 +57,12 @@ struct PathSettings {
 
 impl PathSettings {
     /// Returns the path tracer with these parts.
-    fn tracer<P>(self, parts: P) -> Path<P> {
+    fn tracer(self, parts: Parts<'_>) -> Path<'_> {
         Path {
             lights: self.lights,
             heuristic: self.heuristic,
             specular_nee: self.specular_nee,
-            ..Path::new(parts, self.strategy)
+            ..Path::new(self.strategy).with_parts(parts)
         }
     }
 }
@@ -171,7 +170,7 @@ impl Technique {
     }
 
     /// Returns the path tracer of the technique; `None` if it is another estimator.
-    pub fn path<P>(&self, parts: P) -> Option<Path<P>> {
+    pub fn path<'a>(&self, parts: Parts<'a>) -> Option<Path<'a>> {
         match self.estimator {
             TechniqueKind::Path(settings) => Some(settings.tracer(parts)),
             _ => None,
@@ -183,9 +182,9 @@ impl Technique {
     /// # Errors
     /// [`Error::Option`] for a scene that single precision does not take, [`Error::Radiance`] for
     /// a value that no film can hold.
-    pub fn images<P: EstimatorParts + Copy>(
+    pub fn images(
         &self,
-        parts: P,
+        parts: Parts<'_>,
         scene: &Scene,
         seed: u64,
         Images { count, samples }: Images,
@@ -220,7 +219,7 @@ impl Technique {
             }
             TechniqueKind::Single => {
                 check_single_precision(scene)?;
-                let path = DEFAULT.tracer(DefaultParts);
+                let path = DEFAULT.tracer(Parts::default());
                 let renderer = LaneRenderer {
                     estimator: LaneEstimator::Path(path),
                     sampling,
@@ -261,7 +260,7 @@ fn films(renderer: &dyn Renderer, scene: &Scene, images: Images) -> Result<Vec<V
 
 /// Returns the mean of the passes of an estimator of whole images, for each image.
 fn passes(
-    estimator: &impl ImageEstimator,
+    estimator: &dyn ImageEstimator,
     scene: &Scene,
     Sampling { sampler, seed, .. }: Sampling,
     Images { count, samples }: Images,

@@ -45,7 +45,7 @@ impl OnScene {
 }
 
 /// Returns the radiances along `count` random camera rays of a side, each the sum over its renders.
-fn radiances<P: EstimatorParts + Copy>(parts: P, side: &[Render], seed: u64, count: u64) -> Values {
+fn radiances(parts: Parts<'_>, side: &[Render], seed: u64, count: u64) -> Values {
     let mut renders = Vec::new();
     for (number, Render { part, scene }) in side.iter().enumerate() {
         let path = part.technique.path(parts).expect("a path tracer");
@@ -57,10 +57,10 @@ fn radiances<P: EstimatorParts + Copy>(parts: P, side: &[Render], seed: u64, cou
                 Sample {
                     ray: scene.camera().ray(RESOLUTION, width * x, height * y),
                     hit: None,
-                    rng,
+                    rng: rng.into(),
                 }
             };
-            path.radiances(scene, rngs.map(sample))
+            path.radiances(scene, &mut rngs.map(sample))
         }));
     }
     let sum = || renders.iter_mut().map(|next| next().dot(WEIGHTS)).sum();
@@ -68,11 +68,7 @@ fn radiances<P: EstimatorParts + Copy>(parts: P, side: &[Render], seed: u64, cou
 }
 
 impl Property for OnScene {
-    fn run<P: EstimatorParts + Copy>(
-        &self,
-        context: &Context,
-        setup: Configuration<P>,
-    ) -> Vec<Outcome> {
+    fn run(&self, context: &Context, setup: Configuration<'_>) -> Vec<Outcome> {
         let parts = setup.parts;
         let sides = self.sides();
         if let Some(tolerance) = self.relation.tolerance {

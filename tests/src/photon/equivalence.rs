@@ -27,20 +27,16 @@ struct SameRadiance {
 }
 
 impl Property for SameRadiance {
-    fn run<P: EstimatorParts + Copy>(
-        &self,
-        context: &Context,
-        setup: Configuration<P>,
-    ) -> Vec<Outcome> {
+    fn run(&self, context: &Context, setup: Configuration<'_>) -> Vec<Outcome> {
         let scene = &*self.scene;
-        let path = Path::<DefaultParts>::default();
+        let path = Path::default();
         let sample = |mut rng: Stream| Sample {
             ray: (self.ray)(&mut rng),
             hit: None,
-            rng,
+            rng: rng.into(),
         };
         let mut along = in_batches(context.seed_of("paths"), |rngs| {
-            path.radiances(scene, rngs.map(sample))
+            path.radiances(scene, &mut rngs.map(sample))
         });
         let paths = Values::collect(0.0, context.n(self.paths), || along().x);
         let centre = paths.moments.mean();
@@ -61,8 +57,8 @@ impl Property for SameRadiance {
             ) else {
                 return f64::NAN;
             };
-            let samples = (0..self.rays).map(|ray| sample(stream(seed, index, ray as u32)));
-            let seen = photons.radiances(scene, samples);
+            let mut samples = (0..self.rays).map(|ray| sample(stream(seed, index, ray as u32)));
+            let seen = photons.radiances(scene, &mut samples);
             index += 1;
             seen.iter().map(|radiance| radiance.x).sum::<f64>() / self.rays as f64
         });

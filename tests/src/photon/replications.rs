@@ -13,7 +13,7 @@ pub(super) trait Replication: Send + Sync + 'static {
     /// Path of the code on trial.
     const SUBJECT: &'static str;
 
-    fn value<P: EstimatorParts + Copy>(&self, parts: P, seed: u64, index: u32) -> f64;
+    fn value(&self, parts: Parts<'_>, seed: u64, index: u32) -> f64;
 }
 
 /// Compares the mean of replications with its closed form.
@@ -27,11 +27,7 @@ pub(super) struct Mean<T> {
 }
 
 impl<T: Replication> Property for Mean<T> {
-    fn run<P: EstimatorParts + Copy>(
-        &self,
-        context: &Context,
-        setup: Configuration<P>,
-    ) -> Vec<Outcome> {
+    fn run(&self, context: &Context, setup: Configuration<'_>) -> Vec<Outcome> {
         let seed = context.seed_of("replication");
         let mut index = 0;
         vec![mean_of(
@@ -78,7 +74,7 @@ pub(super) struct Mapping {
 impl Replication for Mapping {
     const SUBJECT: &'static str = "estimator::PhotonMapping";
 
-    fn value<P: EstimatorParts + Copy>(&self, parts: P, seed: u64, index: u32) -> f64 {
+    fn value(&self, parts: Parts<'_>, seed: u64, index: u32) -> f64 {
         let Ok(photons) = PhotonMapping::new(
             parts,
             &self.scene,
@@ -92,9 +88,9 @@ impl Replication for Mapping {
         let sample = |(number, &ray)| Sample {
             ray,
             hit: None,
-            rng: stream(seed, index, number),
+            rng: stream(seed, index, number).into(),
         };
-        let seen = photons.radiances(&self.scene, (0..).zip(&self.rays).map(sample));
+        let seen = photons.radiances(&self.scene, &mut (0..).zip(&self.rays).map(sample));
         let sum: f64 = seen
             .into_iter()
             .map(|radiance| mean_channel(&self.scene, radiance))
@@ -113,14 +109,8 @@ pub(super) struct Flux {
 impl Replication for Flux {
     const SUBJECT: &'static str = "estimator::photon_map::PhotonMap";
 
-    fn value<P: EstimatorParts + Copy>(&self, parts: P, seed: u64, index: u32) -> f64 {
-        let map = PhotonMap::new(
-            &parts,
-            &self.scene,
-            self.kept,
-            self.particles,
-            (seed, index),
-        );
+    fn value(&self, parts: Parts<'_>, seed: u64, index: u32) -> f64 {
+        let map = PhotonMap::new(parts, &self.scene, self.kept, self.particles, (seed, index));
         map.map_or(f64::NAN, |map| {
             mean_channel(&self.scene, map.photons().map(|photon| photon.flux).sum())
         })
@@ -139,7 +129,7 @@ pub(super) struct Passes {
 impl Replication for Passes {
     const SUBJECT: &'static str = "estimator::Sppm";
 
-    fn value<P: EstimatorParts + Copy>(&self, parts: P, seed: u64, index: u32) -> f64 {
+    fn value(&self, parts: Parts<'_>, seed: u64, index: u32) -> f64 {
         let sppm = Sppm {
             parts,
             particles: self.particles,

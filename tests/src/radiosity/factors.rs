@@ -19,10 +19,10 @@ struct Factors {
 }
 
 impl Property for Factors {
-    fn run<P: EstimatorParts + Copy>(&self, _: &Context, setup: Configuration<P>) -> Vec<Outcome> {
+    fn run(&self, _: &Context, setup: Configuration<'_>) -> Vec<Outcome> {
         let error = || {
             let mesh = Mesh::new(&self.scene, resolution(self.patches)).ok()?;
-            let factors = FormFactors::new(&setup.parts, &self.scene, &mesh, &|_| true).ok()?;
+            let factors = FormFactors::new(setup.parts, &self.scene, &mesh, &|_| true).ok()?;
             let elements = mesh.elements();
             let rows: Vec<_> = (0..elements.len())
                 .map(|i| factors.of_element(&mesh, i))
@@ -144,7 +144,7 @@ fn reciprocity(elements: &[Element], rows: &[Vec<f64>]) -> f64 {
 pub(super) struct Energy;
 
 impl Property for Energy {
-    fn run<P: EstimatorParts + Copy>(&self, _: &Context, setup: Configuration<P>) -> Vec<Outcome> {
+    fn run(&self, _: &Context, setup: Configuration<'_>) -> Vec<Outcome> {
         let rho = 0.6;
         let room = scene("cube with a wall of light", |s| {
             let wall = s.surface(Surface::new(lambert(rho)));

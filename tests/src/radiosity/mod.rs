@@ -36,11 +36,7 @@ fn resolution(patches: u32) -> MeshResolution {
     }
 }
 
-fn solve<P: EstimatorParts + Copy>(
-    setup: Configuration<P>,
-    scene: &Scene,
-    patches: u32,
-) -> Option<Radiosity<P>> {
+fn solve<'a>(setup: Configuration<'a>, scene: &Scene, patches: u32) -> Option<Radiosity<'a>> {
     Radiosity::new(setup.parts, scene, resolution(patches), &|_| true).ok()
 }
 
@@ -60,11 +56,7 @@ struct Known {
 const RAYS: u64 = 50;
 
 impl Property for Known {
-    fn run<P: EstimatorParts + Copy>(
-        &self,
-        context: &Context,
-        setup: Configuration<P>,
-    ) -> Vec<Outcome> {
+    fn run(&self, context: &Context, setup: Configuration<'_>) -> Vec<Outcome> {
         let mut rng = context.rng("rays");
         let solved =
             solve(setup, &self.scene, self.patches).map(|solved| solved.read(self.read_out));
@@ -104,11 +96,7 @@ const REPLICATIONS: u64 = 200;
 const PATCHES: u32 = 500;
 
 impl Property for SameRoom {
-    fn run<P: EstimatorParts + Copy>(
-        &self,
-        context: &Context,
-        setup: Configuration<P>,
-    ) -> Vec<Outcome> {
+    fn run(&self, context: &Context, setup: Configuration<'_>) -> Vec<Outcome> {
         let n = context.n(REPLICATIONS) as u32;
         let frames = |replications| Frames {
             scene: &self.0,
@@ -119,7 +107,7 @@ impl Property for SameRoom {
             let solved = solve(setup, &self.0, PATCHES)?;
             // Radiosity is deterministic: two replications are enough to show it.
             let a = PixelMoments::render(context, "radiosity", &frames(0..2), &solved)?;
-            let paths = Path::<DefaultParts>::default();
+            let paths = Path::default();
             let b = PixelMoments::render(context, "paths", &frames(0..n), &paths)?;
             Some([a, b])
         };

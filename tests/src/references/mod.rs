@@ -201,12 +201,7 @@ struct SameAsReference {
 
 impl SameAsReference {
     /// Returns the mean of each tile in one replication.
-    fn replication<P: EstimatorParts + Copy>(
-        &self,
-        setup: Configuration<P>,
-        seed: u64,
-        number: u32,
-    ) -> Vec<f64> {
+    fn replication(&self, setup: Configuration<'_>, seed: u64, number: u32) -> Vec<f64> {
         let samples = (0..SIZE[1]).flat_map(|y| (0..SIZE[0]).map(move |x| [x, y]));
         let samples = samples.flat_map(|tile| (0..POINTS).map(move |index| (tile, index)));
         let rays = samples.map(|([x, y], index)| {
@@ -231,11 +226,7 @@ impl SameAsReference {
 }
 
 impl Property for SameAsReference {
-    fn run<P: EstimatorParts + Copy>(
-        &self,
-        context: &Context,
-        setup: Configuration<P>,
-    ) -> Vec<Outcome> {
+    fn run(&self, context: &Context, setup: Configuration<'_>) -> Vec<Outcome> {
         let theirs = self.tiles.iter().sum::<f64>() / self.tiles.len() as f64;
         let mut image = Values::new(theirs);
         let mut tiles: Vec<Values> = self.tiles.iter().map(|mean| Values::new(*mean)).collect();
@@ -311,7 +302,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
 }
 
 fn faults() -> Vec<Fault<EstimatorSubject>> {
-    let segments = |segments| Configuration {
+    let segments = |segments| EstimatorSubject {
         segments: Some(segments),
         ..STANDARD
     };

@@ -7,7 +7,6 @@ mod faults;
 
 use whitefurnace::harness::chi_square::Counts;
 use whitefurnace::harness::tails::student_two_sided;
-use whitefurnace::integrator::Sample;
 use whitefurnace::math::moments::Moments;
 use whitefurnace::sampling::rng::stream;
 use whitefurnace::sampling::sampler::{BLOCK, FIRST_LIGHT_BLOCK, Sampler, Sobol, scramble};
@@ -280,17 +279,15 @@ const MEAN_DELTA: f64 = 0.003;
 
 /// Returns the mean of estimates by these points.
 fn estimate(scene: &Scene, subject: SobolParts, points: impl Iterator<Item = Point>) -> f64 {
-    let sample = |point| Sample {
-        ray: ray_to_origin(),
-        hit: None,
-        rng: Scripted(SampleStream::new(subject, point)),
-    };
-    let radiances = Path::new(DefaultParts, Strategy::Light).radiances(scene, points.map(sample));
-    radiances
-        .iter()
-        .map(|radiance| mean_channel(scene, *radiance))
-        .sum::<f64>()
-        / radiances.len() as f64
+    let path = Path::new(Strategy::Light);
+    let (mut sum, mut count) = (0.0, 0.0);
+    for point in points {
+        let mut rng = Scripted(SampleStream::new(subject, point));
+        let radiance = path.radiance(scene, &ray_to_origin(), None, &mut rng);
+        sum += mean_channel(scene, radiance);
+        count += 1.0;
+    }
+    sum / count
 }
 
 /// Compares the mean of a path tracer's estimates over scrambles with the closed form of the

@@ -228,14 +228,14 @@ pub fn all() -> Vec<Symptom> {
 
 /// An estimator that takes random numbers of other pixels and samples for those that it is given.
 struct SharedStreams {
-    path: Path,
+    path: Path<'static>,
     seed: u64,
     sample: u32,
     share: fn([u32; 2], u32) -> ([u32; 2], u32),
 }
 
 impl Estimator for SharedStreams {
-    fn radiance<R: Sampler>(&self, scene: &Scene, ray: &Ray, hit: Option<Hit>, _: &mut R) -> DVec3 {
+    fn radiance(&self, scene: &Scene, ray: &Ray, hit: Option<Hit>, _: &mut dyn Sampler) -> DVec3 {
         let ahead = ray.origin + ray.direction;
         let Some(seen) = scene.camera().project(SIZE, ahead) else {
             return DVec3::NAN;
@@ -257,7 +257,7 @@ impl Symptom {
     /// # Errors
     /// None for these scenes; the type is that of [`render`].
     pub fn right(&self, seed: u64, samples: u32) -> Result<Vec<DVec3>, Error> {
-        self.image(&self.scene()?, CORRECT, seed, samples)
+        self.image(&self.scene()?, Parts::replaced(&CORRECT), seed, samples)
     }
 
     /// Returns the wrong image of a seed, row by row from the top.
@@ -266,12 +266,19 @@ impl Symptom {
     /// None for these scenes; the type is that of [`render`].
     pub fn wrong(&self, seed: u64, samples: u32) -> Result<Vec<DVec3>, Error> {
         match &self.mistake {
-            Mistake::Part(parts) => self.image(&self.scene()?, **parts, seed, samples),
+            Mistake::Part(parts) => {
+                self.image(&self.scene()?, Parts::replaced(&**parts), seed, samples)
+            }
             Mistake::Streams(share) => self.streams(*share, seed, samples),
             Mistake::Camera(change) => {
                 let scene = self.scene()?;
                 let camera = turned(scene.camera(), *change);
-                self.image(&scene.with_camera(camera)?, CORRECT, seed, samples)
+                self.image(
+                    &scene.with_camera(camera)?,
+                    Parts::replaced(&CORRECT),
+                    seed,
+                    samples,
+                )
             }
         }
     }
@@ -283,7 +290,7 @@ impl Symptom {
     fn image(
         &self,
         scene: &Scene,
-        parts: PartTable,
+        parts: Parts<'_>,
         seed: u64,
         samples: u32,
     ) -> Result<Vec<DVec3>, Error> {
@@ -294,11 +301,15 @@ impl Symptom {
             index,
         };
         match self.method {
-            Method::Path(strategy) => {
-                film(scene, &Path::new(parts, strategy), pixel, seed, samples)
-            }
+            Method::Path(strategy) => film(
+                scene,
+                &Path::new(strategy).with_parts(parts),
+                pixel,
+                seed,
+                samples,
+            ),
             Method::Centred => {
-                let path = Path::new(parts, Strategy::Mis);
+                let path = Path::new(Strategy::Mis).with_parts(parts);
                 film(scene, &path, PixelSampling::Centre, seed, samples)
             }
             Method::Whitted => {
@@ -342,7 +353,7 @@ impl Symptom {
         let scene = self.scene()?;
         let mut sum = vec![DVec3::ZERO; (SIZE[0] * SIZE[1]) as usize];
         for sample in 0..samples {
-            let path = Path::new(DefaultParts, Strategy::Mis);
+            let path = Path::new(Strategy::Mis);
             let estimator = SharedStreams {
                 path,
                 seed,
@@ -361,9 +372,9 @@ impl Symptom {
 }
 
 /// Renders an image.
-fn film<E: Estimator>(
+fn film(
     scene: &Scene,
-    estimator: &E,
+    estimator: &dyn Estimator,
     pixel: PixelSampling,
     seed: u64,
     samples: u32,

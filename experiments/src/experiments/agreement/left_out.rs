@@ -62,13 +62,7 @@ impl PathKind {
 struct LeftOut;
 
 impl Estimator for LeftOut {
-    fn radiance<R: Sampler>(
-        &self,
-        scene: &Scene,
-        ray: &Ray,
-        hit: Option<Hit>,
-        rng: &mut R,
-    ) -> DVec3 {
+    fn radiance(&self, scene: &Scene, ray: &Ray, hit: Option<Hit>, rng: &mut dyn Sampler) -> DVec3 {
         let (mut ray, mut hit) = (*ray, hit);
         let mut left_out = DVec3::ZERO;
         let mut throughput = DVec3::ONE;

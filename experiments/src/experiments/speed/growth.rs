@@ -107,7 +107,7 @@ pub(super) fn with_triangles(run: &mut Run) -> Result<(), Error> {
             seed: run.seed(),
             silhouettes: false,
         };
-        let path = Path::new(DefaultParts, Strategy::Mis);
+        let path = Path::new(Strategy::Mis);
         let lanes = |precision| LaneRenderer {
             estimator: LaneEstimator::Path(path),
             sampling,

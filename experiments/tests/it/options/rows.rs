@@ -50,7 +50,7 @@ pub(super) fn rows() -> Vec<Row> {
         }),
         Row("estimator", "mis", PLAIN, |_| {}),
         Row("estimator", "light-tracer", CORNELL, |c| {
-            c.film = |c| c.images(LightTracer::<DefaultParts>::default());
+            c.film = |c| c.images(LightTracer::default());
         }),
         Row("estimator", "photon", SPPM, |c| {
             c.film = |c| c.photons([3000, 3000], [0.5, 0.5]);
@@ -59,12 +59,12 @@ pub(super) fn rows() -> Vec<Row> {
             c.film = |c| c.sppm(3000, 0.5);
         }),
         Row("estimator", "bdpt", PLAIN, |c| {
-            c.film = |c| c.images(Bdpt::new(DefaultParts));
+            c.film = |c| c.images(Bdpt::new(Parts::default()));
         }),
         Row("estimator", "bdpt-ends", PLAIN, |c| {
             c.film = |c| {
                 c.images(Bdpt {
-                    parts: DefaultParts,
+                    parts: Parts::default(),
                     connections: Connections::Endpoints,
                 })
             };
