@@ -60,8 +60,7 @@ impl ImageEstimator for Bdpt<'_> {
             |(spare, splats), pixels| {
                 let place = |pixel| [pixel % resolution[0], pixel / resolution[0]];
                 let mut pixels = pixels.map(|pixel| (place(pixel), pass.pixel_stream(pixel)));
-                with_parts!(self.parts, |parts| self.pairs(
-                    parts,
+                with_parts!(self.parts, |parts| self.with(parts).pairs(
                     scene,
                     &mut pixels,
                     resolution,
@@ -106,8 +105,7 @@ impl<'a> Bdpt<'a> {
         rng: &mut dyn Sampler,
     ) -> Result<(), Error> {
         let mut splats = image.buffer();
-        with_parts!(self.parts, |parts| self.pairs(
-            parts,
+        with_parts!(self.parts, |parts| self.with(parts).pairs(
             scene,
             &mut std::iter::once((pixel, rng)),
             resolution,
@@ -117,17 +115,32 @@ impl<'a> Bdpt<'a> {
         splats.flush()
     }
 
+    fn with<'p, P: ?Sized>(&self, parts: &'p P) -> Tracer<'p, P> {
+        Tracer {
+            parts,
+            connections: self.connections,
+        }
+    }
+}
+
+/// A [`Bdpt`] with parts of one type.
+struct Tracer<'p, P: ?Sized> {
+    parts: &'p P,
+    connections: Connections,
+}
+
+impl<P: PathParts + Bidirectional + ?Sized> Tracer<'_, P> {
     /// Traces a particle and a camera ray for each of several pixels. `spare` holds vertex buffers
     /// for reuse.
-    fn pairs<'s, P: PathParts + Bidirectional + ?Sized, R: Sampler>(
+    fn pairs<'s, R: Sampler>(
         &self,
-        parts: &P,
         scene: &'s Scene,
         pixels: &mut dyn Iterator<Item = ([u32; 2], R)>,
         resolution: [u32; 2],
         splats: &mut SplatBuffer<'_>,
         spare: &mut Vec<Vec<PathVertex<'s>>>,
     ) -> Result<(), Error> {
+        let parts = self.parts;
         let named = |error: Error, [x, y]: [u32; 2]| error.at(|| format!(" at pixel ({x}, {y})"));
         let mut items = pixels.map(|(pixel, rng)| {
             let [light, eye] = [(); 2].map(|()| spare.pop().unwrap_or_default());
@@ -152,7 +165,6 @@ impl<'a> Bdpt<'a> {
                 match event {
                     ParticleEvent::Vertex(pair, light_vertex) => {
                         return self.by_particle(
-                            parts,
                             scene,
                             light_vertex,
                             &mut pair.light,
@@ -195,7 +207,7 @@ impl<'a> Bdpt<'a> {
                     origin: eye,
                     camera_pdf: *camera_pdf,
                 };
-                let found = self.found(parts, scene, step, at, path, &mut densities, rng);
+                let found = self.found(scene, step, at, path, &mut densities, rng);
                 pair.radiance += step.throughput * step.factor * found;
                 Ok(true)
             }
@@ -223,9 +235,8 @@ impl<'a> Bdpt<'a> {
     }
 
     /// Appends a particle's vertex to its light path and connects it to the eye (t = 1).
-    fn by_particle<'s, P: PathParts + Bidirectional + ?Sized>(
+    fn by_particle<'s>(
         &self,
-        parts: &P,
         scene: &Scene,
         light_vertex: &PathVertex<'s>,
         light: &mut Vec<PathVertex<'s>>,
@@ -233,6 +244,7 @@ impl<'a> Bdpt<'a> {
         resolution: [u32; 2],
         splats: &mut SplatBuffer<'_>,
     ) -> Result<(), Error> {
+        let parts = self.parts;
         light.push(light_vertex.after(parts, light));
         if let [start, next] = &mut light[..] {
             let emitter = start.emitter.map(|emitter| emitter as usize);
@@ -249,7 +261,7 @@ impl<'a> Bdpt<'a> {
             };
             splats.add(
                 splat.pixel,
-                self.weight(parts, scene, path, densities) * splat.value,
+                self.weight(scene, path, densities) * splat.value,
             )?;
         }
         Ok(())
@@ -257,9 +269,8 @@ impl<'a> Bdpt<'a> {
 
     /// Returns the radiance from a hit of the eye path towards the eye, over all strategies with a
     /// connection here. `path` holds all vertices of both subpaths.
-    fn found<P: PathParts + Bidirectional + ?Sized, R: Sampler>(
+    fn found<R: Sampler>(
         &self,
-        parts: &P,
         scene: &Scene,
         step: &WalkHit<'_>,
         vertex: &Vertex,
@@ -267,10 +278,11 @@ impl<'a> Bdpt<'a> {
         densities: &mut Vec<Density>,
         rng: &mut R,
     ) -> DVec3 {
+        let parts = self.parts;
         let mut found = step.emitted(scene);
         if found != DVec3::ZERO {
             let hit = FullPath { light: &[], ..path };
-            found *= self.weight(parts, scene, hit, densities);
+            found *= self.weight(scene, hit, densities);
         }
         let bsdf = step.bsdf;
         if !bsdf.is_non_delta() {
@@ -282,8 +294,7 @@ impl<'a> Bdpt<'a> {
                 DVec3::ZERO,
                 direct.emitter,
             )];
-            found +=
-                direct.reflected * self.weight(parts, scene, FullPath { light, ..path }, densities);
+            found += direct.reflected * self.weight(scene, FullPath { light, ..path }, densities);
         }
         if self.connections == Connections::Endpoints {
             return found;
@@ -292,8 +303,7 @@ impl<'a> Bdpt<'a> {
             let connected = connect(parts, scene, bsdf, vertex, &path.light[s - 1]);
             if connected != DVec3::ZERO {
                 let light = &path.light[..s];
-                found +=
-                    connected * self.weight(parts, scene, FullPath { light, ..path }, densities);
+                found += connected * self.weight(scene, FullPath { light, ..path }, densities);
             }
         }
         found
@@ -302,14 +312,8 @@ impl<'a> Bdpt<'a> {
     /// Returns the MIS weight of the strategy that made a path of these two subpaths; `densities`
     /// is a buffer.
     #[inline]
-    fn weight<P: PathParts + Bidirectional + ?Sized>(
-        &self,
-        parts: &P,
-        scene: &Scene,
-        path: FullPath<'_>,
-        densities: &mut Vec<Density>,
-    ) -> f64 {
-        path.densities(parts, scene, densities);
+    fn weight(&self, scene: &Scene, path: FullPath<'_>, densities: &mut Vec<Density>) -> f64 {
+        path.densities(self.parts, scene, densities);
         if self.connections == Connections::Endpoints
             && let [_, inner @ .., _] = &mut densities[..]
         {
@@ -317,7 +321,7 @@ impl<'a> Bdpt<'a> {
                 .iter_mut()
                 .for_each(|density| density.connectible = 0.0);
         }
-        parts.strategy_weight(densities, path.light.len())
+        self.parts.strategy_weight(densities, path.light.len())
     }
 }
 

@@ -16,7 +16,6 @@ mod light_sampling;
 mod light_tracer;
 mod next_event;
 mod particle;
-mod parts;
 mod path;
 mod path_state;
 pub mod photon;
@@ -29,6 +28,9 @@ mod trace;
 mod walk;
 mod whitted;
 
+use std::fmt;
+use std::ops::Deref;
+
 use glam::DVec3;
 
 pub use crate::sampling::mis::{Heuristic, Strategy};
@@ -39,8 +41,6 @@ pub(crate) use interaction::{ScalarShadingPoint, ShadingPoint, SurfaceInteractio
 pub(crate) use lanewise::{Lanewise, vectors};
 pub use light_tracer::LightTracer;
 pub use next_event::NextEvent;
-pub(crate) use parts::with_parts;
-pub use parts::{Parts, Replacement};
 pub use path::Path;
 pub(crate) use path_state::{Arrival, Integrator, PathState};
 pub use photon::photon_map::Photons;
@@ -150,6 +150,67 @@ impl FiniteElements for DefaultParts {}
 pub trait PathParts: Scattering + Roulette + NextEvent {}
 
 impl<P: Scattering + Roulette + NextEvent + ?Sized> PathParts for P {}
+
+/// All functions of estimators that can be replaced.
+pub trait Replacement:
+    Scattering + Roulette + NextEvent + Photons + Bidirectional + FiniteElements
+{
+}
+
+impl<P: Scattering + Roulette + NextEvent + Photons + Bidirectional + FiniteElements> Replacement
+    for P
+{
+}
+
+/// The parts of an estimator: [`DefaultParts`] unless they are replaced.
+///
+/// Each estimator is compiled twice, both times in this crate: for the default parts, which are
+/// called directly, and for replaced ones behind a pointer. It dereferences to the functions.
+#[derive(Clone, Copy, Default)]
+pub struct Parts<'a>(Option<&'a dyn Replacement>);
+
+impl<'a> Parts<'a> {
+    /// Returns these functions in place of the library's own.
+    pub const fn replaced(by: &'a dyn Replacement) -> Self {
+        Self(Some(by))
+    }
+
+    /// Returns whether nothing is replaced.
+    pub const fn are_default(self) -> bool {
+        self.0.is_none()
+    }
+}
+
+impl<'a> Deref for Parts<'a> {
+    type Target = dyn Replacement + 'a;
+    fn deref(&self) -> &Self::Target {
+        self.0.unwrap_or(&DefaultParts)
+    }
+}
+
+impl fmt::Debug for Parts<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(if self.are_default() {
+            "DefaultParts"
+        } else {
+            "replaced parts"
+        })
+    }
+}
+
+/// Evaluates an expression with a reference to the parts, of either type.
+macro_rules! with_parts {
+    ($parts:expr, |$name:ident| $value:expr) => {
+        match $parts.0 {
+            None => {
+                let $name = &$crate::integrator::DefaultParts;
+                $value
+            }
+            Some($name) => $value,
+        }
+    };
+}
+pub(crate) use with_parts;
 
 /// Rules of a convention for which light is transported and shown.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -172,8 +172,10 @@ impl<'a> Path<'a> {
         parts: &P,
         scene: LaneScene<'_, R, N>,
         surface: &SurfaceInteraction<'_, R, N>,
-        remaining_bounces: Option<[Option<u32>; N]>,
-        active: R::Mask,
+        Asking {
+            active,
+            remaining_bounces,
+        }: Asking<R, N>,
         random: &mut S,
         scratch: &mut IntersectionScratch<R, N>,
     ) -> R::Vector {
@@ -234,6 +236,12 @@ impl<'a> Path<'a> {
     }
 }
 
+/// Lanes that send shadow rays, and the bounces that a limit leaves to each.
+struct Asking<R: Wide<N>, const N: usize> {
+    active: R::Mask,
+    remaining_bounces: Option<[Option<u32>; N]>,
+}
+
 impl Integrator for Path<'_> {
     fn interact<P: PathParts + ?Sized, S: LaneSampler<R>, R: Wide<N>, const N: usize>(
         &self,
@@ -276,16 +284,11 @@ impl Integrator for Path<'_> {
 
         // f_r L_e cos θ / p of (8): light that shadow rays find.
         if self.strategy != Strategy::Bsdf {
-            let asking = within & surface.non_delta;
-            let reflected = self.direct_light(
-                parts,
-                scene,
-                surface,
+            let asking = Asking {
+                active: within & surface.non_delta,
                 remaining_bounces,
-                asking,
-                random,
-                scratch,
-            );
+            };
+            let reflected = self.direct_light(parts, scene, surface, asking, random, scratch);
             let added = paths.radiance + throughput * paths.factor * reflected;
             paths.radiance = Vector::select(scatters, added, paths.radiance);
         }
