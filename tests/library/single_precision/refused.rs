@@ -145,3 +145,23 @@ fn what_single_precision_would_show_is_refused() {
         check_single_precision(&built_in).expect("accepted");
     }
 }
+
+/// Replaced parts are evaluated lane by lane in double precision; single precision, which has none,
+/// refuses them instead of rendering with the default ones.
+#[test]
+fn replaced_parts_are_not_rendered_in_single_precision() {
+    let scene = ball_on_a_plane(16.0);
+    for precision in [Precision::Single, Precision::UncheckedSingle] {
+        let lanes = LaneRenderer {
+            estimator: LaneEstimator::Path(
+                Path::new(Finds::Bsdf).with_parts(Parts::replaced(&ScalarParts)),
+            ),
+            sampling: plain(master()),
+            precision,
+        };
+        assert_option_refused(
+            lanes.prepare(&scene, [32, 24]).map(|_| ()),
+            "replaced parts",
+        );
+    }
+}
