@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::particle::{ParticleEvent, connect_to_eye, particles};
 use super::walk::in_batches;
-use super::{Bidirectional, ImageEstimator, Parts, PathParts, with_parts};
+use super::{ImageEstimator, Parts, with_parts};
 use crate::error::Error;
 use crate::film::splat::Splats;
 use crate::sampling::sampler::ImagePass;
@@ -28,19 +28,6 @@ impl ImageEstimator for LightTracer<'_> {
         resolution: [u32; 2],
         pass: ImagePass,
     ) -> Result<Vec<DVec3>, Error> {
-        with_parts!(self.parts, |parts| Self::image_with(
-            parts, scene, resolution, pass
-        ))
-    }
-}
-
-impl LightTracer<'_> {
-    fn image_with<P: PathParts + Bidirectional + ?Sized>(
-        parts: &P,
-        scene: &Scene,
-        resolution: [u32; 2],
-        pass: ImagePass,
-    ) -> Result<Vec<DVec3>, Error> {
         let image = Splats::new(resolution);
         let count = resolution[0] * resolution[1];
         in_batches(count).try_for_each_init(
@@ -50,14 +37,16 @@ impl LightTracer<'_> {
                 let named = |error: Error, number: &u32| {
                     error.at(|| format!(" by particle {number} of pass {}", pass.index))
                 };
-                particles(parts, scene, &mut items, named, |event| match event {
-                    ParticleEvent::Vertex(_, vertex) => {
-                        match connect_to_eye(parts, scene, resolution, vertex) {
-                            Some(splat) => splats.add(splat.pixel, splat.value),
-                            None => Ok(()),
+                with_parts!(self.parts, |parts| {
+                    particles(parts, scene, &mut items, named, |event| match event {
+                        ParticleEvent::Vertex(_, vertex) => {
+                            match connect_to_eye(parts, scene, resolution, vertex) {
+                                Some(splat) => splats.add(splat.pixel, splat.value),
+                                None => Ok(()),
+                            }
                         }
-                    }
-                    ParticleEvent::End(..) => Ok(()),
+                        ParticleEvent::End(..) => Ok(()),
+                    })
                 })?;
                 splats.flush()
             },

@@ -45,11 +45,10 @@ pub fn render_samples(
     }
 }
 
-/// Renders the film of [`render_samples`] for a path tracer with its standard parts, several paths
-/// at a time.
+/// Renders the film of [`render_samples`] for a path tracer, by [`LaneRenderer`].
 ///
 /// # Errors
-/// A scene that lanes do not support: with rough glass, or shadow rays to an environment map.
+/// Those of [`render_samples`].
 pub fn render_paths(
     scene: &Scene,
     path: PathTracer<'_>,

@@ -141,8 +141,8 @@ impl<'a> PhotonMapping<'a> {
         })
     }
 
-    /// Estimates the radiance along rays, [`TRACED_TOGETHER`] at a time.
-    fn in_parts<P: Photons + PathParts + ?Sized, R: Sampler>(
+    /// Estimates the radiance along rays with these parts, [`TRACED_TOGETHER`] at a time.
+    fn radiances_with<P: Photons + PathParts + ?Sized, R: Sampler>(
         &self,
         parts: &P,
         scene: &Scene,
@@ -333,11 +333,12 @@ impl Estimator for PhotonMapping<'_> {
 
     fn radiance(&self, scene: &Scene, ray: &Ray, _: Option<Hit>, rng: &mut dyn Sampler) -> DVec3 {
         let rays = &mut std::iter::once((*ray, rng));
-        with_parts!(self.parts, |parts| self.in_parts(parts, scene, rays)[0])
+        with_parts!(self.parts, |parts| self.radiances_with(parts, scene, rays)
+            [0])
     }
 
     fn radiances(&self, scene: &Scene, samples: &mut dyn Iterator<Item = Sample>) -> Vec<DVec3> {
         let rays = &mut samples.map(|Sample { ray, rng, .. }| (ray, rng));
-        with_parts!(self.parts, |parts| self.in_parts(parts, scene, rays))
+        with_parts!(self.parts, |parts| self.radiances_with(parts, scene, rays))
     }
 }
