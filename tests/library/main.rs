@@ -5,11 +5,11 @@
     reason = "one range is a run in one piece"
 )]
 
+use library_tests::{reference, shares};
+
 mod budget; // random tests, counted
 mod helpers; // random geometry, meshes, scenes, films
 mod prelude; // imports of most modules
-mod reference; // tables of reference values
-mod shares; // the budget as data, for that of the whole suite
 mod support; // the master seed, and generators derived from it
 
 mod harness;

@@ -36,10 +36,8 @@ fn written(test: &str, scene: &[u8], mesh: &[u8]) -> PathBuf {
 }
 
 fn every_key() -> SceneFile {
-    SceneFile::load(
-        &Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/library/data/scenes/every-key.toml"),
-    )
-    .expect("a scene")
+    SceneFile::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("data/scenes/every-key.toml"))
+        .expect("a scene")
 }
 
 /// A file with every key gives the scene that the library's functions build.
@@ -215,7 +213,7 @@ fn measures(object: &Object) -> (DVec3, DVec3, f64, f64) {
 /// of a box that the floor covers.
 #[test]
 fn scenes_with_larger_meshes_load() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/library/data/scenes");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/scenes");
     for (name, parts) in [
         ("knot.toml", 12 + 72 * 8 * 2 + 12 + 2 + 2 + 1),
         ("glass-ball.toml", 3 + 2 + 2 + 8 * 4 * 4 * 4 + 1 + 12 - 2),

@@ -66,7 +66,7 @@ pub fn property<S: Strategy>(name: &str, cases: u32, strategy: &S, check: impl F
 
 fn repeat() -> String {
     format!(
-        "repeat with WHITEFURNACE_SEED={} cargo test -p whitefurnace --test library",
+        "repeat with WHITEFURNACE_SEED={} cargo test --test library",
         master()
     )
 }

@@ -9,7 +9,7 @@ use whitefurnace::harness::outcome::{ALPHA, CAPACITY, Outcome};
 use whitefurnace::harness::trial::{Context, DEFAULT_SEED, SCALES, Trial, run_trial};
 
 use crate::calibration;
-use crate::shares::{IDENTITIES, MIN_COMPARISONS, RANDOM_ASSERTIONS};
+use library_tests::shares::{IDENTITIES, MIN_COMPARISONS, RANDOM_ASSERTIONS};
 
 /// Returns the outcomes of a trial on its correct subject. Their number is the same at every scale,
 /// so the smallest is used.

@@ -19,7 +19,7 @@ use whitefurnace::harness::domain::Domain;
 use whitefurnace::material::OrenNayar;
 use whitefurnace::material::ggx::Ggx;
 
-use crate::reference::{oren_nayar, rows};
+use library_tests::reference::{oren_nayar, rows};
 
 #[test]
 fn closed_forms_of_oren_nayar_albedo() {

@@ -6,8 +6,3 @@ mod closed_forms;
 mod data; // names, claims and controls of trials and faults
 mod modules; // layers of the library
 mod prose; // documentation comments and parameters
-#[expect(dead_code, reason = "other tables are for the tests of the library")]
-#[path = "../library/reference.rs"]
-mod reference; // tables of reference values
-#[path = "../library/shares.rs"]
-mod shares; // the other target's use of the error budget

@@ -5,28 +5,27 @@ use std::collections::BTreeSet;
 use super::bidirectional::supports_particles;
 use super::photons::supports_photons;
 use super::radiosity::DIFFUSE;
-use super::table::Pair;
+use super::table::{Feature, Pair};
 use super::*;
 
 type Excuse = fn(&Pair) -> bool;
 
-fn has(pair: &Pair, feature: &str) -> bool {
-    pair.iter().any(|other| other == feature)
+fn has(pair: &Pair, kind: &'static str, level: &'static str) -> bool {
+    pair.contains(&Feature { kind, level })
 }
 
 /// Returns whether a pair is of an emitter and one of these backgrounds.
-fn is_emitter_in(pair: &Pair, backgrounds: &[&str]) -> bool {
-    let of_emitter = |feature: &String| {
-        feature.starts_with("emission ")
-            || feature.starts_with("emitter ") && feature != "emitter none"
+fn is_emitter_in(pair: &Pair, backgrounds: &[&'static str]) -> bool {
+    let of_emitter = |feature: &Feature| {
+        feature.kind == "emission" || feature.kind == "emitter" && feature.level != "none"
     };
     pair.iter().any(of_emitter) && is_before(pair, backgrounds)
 }
 
-fn is_before(pair: &Pair, backgrounds: &[&str]) -> bool {
+fn is_before(pair: &Pair, backgrounds: &[&'static str]) -> bool {
     backgrounds
         .iter()
-        .any(|background| has(pair, &format!("background {background}")))
+        .any(|background| has(pair, "background", background))
 }
 
 /// Emitters alone would leave too much noise in the reference.
@@ -37,19 +36,15 @@ const EMITTER_IN_OPEN: Excuse = |pair| is_emitter_in(pair, &["dark", "constant",
 /// In the corners of a box that emits, points uniform in area have infinite variance.
 const CLOSED_BOX: Excuse = |pair| is_before(pair, &["closed box"]);
 /// Estimators of whole images refuse it.
-const ROUGH_GLASS: Excuse = |pair| has(pair, "material rough glass");
+const ROUGH_GLASS: Excuse = |pair| has(pair, "material", "rough glass");
 /// Radiosity handles Lambert surfaces only, and is compared with closed forms.
 const NOT_DIFFUSE: Excuse = |pair| {
-    let has_factor = |feature: &&String| {
-        let handled = |(name, levels): &Factor| {
-            let kind = name.rsplit_once(' ').map_or(*name, |(_, kind)| kind);
-            levels
-                .iter()
-                .any(|level| **feature == format!("{kind} {level}"))
-        };
+    let has_factor = |feature: &Feature| {
+        let has_kind = |name: &str| name.rsplit(' ').next() == Some(feature.kind);
+        let handled = |(name, levels): &Factor| has_kind(name) && levels.contains(&feature.level);
         DIFFUSE.iter().any(handled)
     };
-    !pair.iter().all(|feature| has_factor(&feature))
+    !pair.iter().all(has_factor)
 };
 
 /// The pairs that an estimator's table lacks are those with one of its reasons, and no others.

@@ -16,8 +16,16 @@ pub struct Row {
     levels: Vec<usize>,
 }
 
-/// Two features that must occur in one row.
-pub type Pair = [String; 2];
+/// A level of a factor. Factors of several objects, "a shape" and "b shape", have the same
+/// features.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Feature {
+    pub kind: &'static str,
+    pub level: &'static str,
+}
+
+/// Two features that must occur in one row, in their order.
+pub type Pair = [Feature; 2];
 
 impl Row {
     /// Returns the level of a factor; empty if the table has no such factor.
@@ -68,7 +76,7 @@ impl Row {
         let levels: Vec<(usize, usize)> = levels
             .filter(|&(factor, _)| !self.is_idle(factor))
             .collect();
-        pairs(self.factors, &levels).collect()
+        pairs(self.factors, &levels)
     }
 }
 
@@ -84,39 +92,44 @@ impl std::fmt::Display for Row {
     }
 }
 
-/// Returns the name of a feature: factors of several objects, "a shape" and "b shape", have the
-/// same features.
-fn feature(factor: Factor, level: usize) -> String {
-    let (name, levels) = factor;
-    let name = match name.split_once(' ') {
-        Some((object, kind)) if object.len() == 1 => kind,
-        _ => name,
-    };
-    format!("{name} {}", levels[level])
+/// Splits the name of a factor into the object that has it, if it is one of several, and its kind.
+fn object_and_kind((name, _): Factor) -> (Option<&'static str>, &'static str) {
+    match name.split_once(' ') {
+        Some((object, kind)) if object.len() == 1 => (Some(object), kind),
+        _ => (None, name),
+    }
 }
 
-/// Lists the pairs of features of some factors at some levels. Shape and material form a pair if
-/// one object has both.
-fn pairs<'a>(
-    factors: &'static [Factor],
-    levels: &'a [(usize, usize)],
-) -> impl Iterator<Item = Pair> + 'a {
-    let object = |factor: usize| {
-        factors[factor]
-            .0
-            .split_once(' ')
-            .filter(|(object, _)| object.len() == 1)
+fn feature(factor: Factor, level: usize) -> Feature {
+    let (_, kind) = object_and_kind(factor);
+    Feature {
+        kind,
+        level: factor.1[level],
+    }
+}
+
+/// Returns the pair of two factors at these levels. Shape and material form one if one object has
+/// both.
+fn pair(factors: &[Factor], first: (usize, usize), second: (usize, usize)) -> Option<Pair> {
+    let [of_first, of_second] = [first, second].map(|(factor, _)| object_and_kind(factors[factor]));
+    if let ((Some(a), kind), (Some(b), other)) = (of_first, of_second)
+        && kind != other
+        && a != b
+    {
+        return None;
+    }
+    let mut pair = [first, second].map(|(factor, level)| feature(factors[factor], level));
+    pair.sort();
+    Some(pair)
+}
+
+/// Returns the pairs of some factors at their levels.
+fn pairs(factors: &[Factor], levels: &[(usize, usize)]) -> BTreeSet<Pair> {
+    let earlier = |(i, &later)| {
+        let earlier = levels[..i].iter();
+        earlier.filter_map(move |&earlier| pair(factors, later, earlier))
     };
-    levels.iter().enumerate().flat_map(move |(i, &(f, l))| {
-        levels[..i].iter().filter_map(move |&(g, m)| {
-            let mut pair = [feature(factors[f], l), feature(factors[g], m)];
-            pair.sort();
-            match (object(f), object(g)) {
-                (Some((a, kind)), Some((b, other))) if kind != other && a != b => None,
-                _ => Some(pair),
-            }
-        })
-    })
+    levels.iter().enumerate().flat_map(earlier).collect()
 }
 
 /// Returns every pair of features that some row can have. `allowed` refuses rows; it is called for
@@ -129,7 +142,7 @@ pub fn required(factors: &'static [Factor], allowed: impl Fn(&Row) -> bool) -> B
         for g in 0..f {
             for l in 0..factors[f].1.len() {
                 for m in 0..factors[g].1.len() {
-                    let Some(pair) = pairs(factors, &[(f, l), (g, m)]).next() else {
+                    let Some(pair) = pair(factors, (f, l), (g, m)) else {
                         continue;
                     };
                     let mut tries = (0..1000).map(|_| fixed(factors, &[(f, l), (g, m)], &mut rng));
@@ -205,16 +218,16 @@ fn candidate_row(factors: &'static [Factor], left: &BTreeSet<Pair>, rng: &mut St
     for factor in order {
         let count = factors[factor].1.len();
         let first = draw(rng, count);
+        let covered = pairs(factors, &chosen);
         let gain = |level: usize| {
-            let name = feature(factors[factor], level);
             if chosen.is_empty() {
-                return left.iter().filter(|pair| pair.contains(&name)).count();
+                let feature = feature(factors[factor], level);
+                return left.iter().filter(|pair| pair.contains(&feature)).count();
             }
-            let with: Vec<_> = chosen.iter().copied().chain([(factor, level)]).collect();
-            pairs(factors, &with)
-                .filter(|pair| left.contains(pair))
-                .collect::<BTreeSet<_>>()
-                .len()
+            let with = chosen.iter();
+            let added = with.filter_map(|&other| pair(factors, (factor, level), other));
+            let is_new = |pair: &Pair| left.contains(pair) && !covered.contains(pair);
+            added.filter(is_new).collect::<BTreeSet<_>>().len()
         };
         let best = (0..count)
             .map(|i| (first + i) % count)
