@@ -9,6 +9,7 @@ use super::strategies::{Bidirectional, PathVertex};
 use super::walk::{PendingWalk, WalkEvent, trace_walks};
 use crate::error::Error;
 use crate::geometry::shape::SurfacePoint;
+use crate::light::emitter::EmitterPoint;
 use crate::sampling::sampler::{FIRST_LIGHT_BLOCK, Sampler};
 use crate::scene::Scene;
 
@@ -19,6 +20,19 @@ pub(super) enum ParticleEvent<'m, 'a, T, R> {
     Vertex(&'m mut T, &'m PathVertex<'a>),
     /// The particle has ended.
     End(T, R),
+}
+
+/// The point on an emitter where a particle starts, from which its first vertex is made.
+struct Start {
+    point: EmitterPoint,
+    throughput: DVec3,
+    emitter: usize,
+}
+
+impl Start {
+    fn vertex<'a>(&self) -> PathVertex<'a> {
+        PathVertex::emitting(&self.point, self.throughput, self.emitter)
+    }
 }
 
 /// Traces a particle from the emitters for each item, and reports all of its vertices to
@@ -32,29 +46,34 @@ pub(super) fn particles<'a, P: PathParts + Bidirectional + ?Sized, T, R: Sampler
 ) -> Result<(), Error> {
     let mut starts = items.map(|(item, mut rng)| {
         rng.block(FIRST_LIGHT_BLOCK);
-        let start = pick_point(parts, scene, &mut rng).map(|(index, light)| {
-            let throughput = scene.emitters()[index].radiance / point_pdf(parts, scene, index);
-            let emission = emit_from(parts, scene, index, &light, &mut rng);
-            (PathVertex::emitting(&light, throughput, index), emission)
+        let start = pick_point(parts, scene, &mut rng).map(|(emitter, point)| {
+            let throughput = scene.emitters()[emitter].radiance / point_pdf(parts, scene, emitter);
+            let emission = emit_from(parts, scene, emitter, &point, &mut rng);
+            let start = Start {
+                point,
+                throughput,
+                emitter,
+            };
+            (start, emission)
         });
-        let (first, emission) =
-            start.map_or((None, None), |(first, emission)| (Some(first), emission));
+        let (start, emission) =
+            start.map_or((None, None), |(start, emission)| (Some(start), emission));
         let (ray, flux) = emission.map_or((None, DVec3::ZERO), |Emission { ray, flux }| {
             (Some(ray), flux)
         });
         PendingWalk {
-            item: (item, first, flux),
+            item: (item, start, flux),
             ray,
             block: FIRST_LIGHT_BLOCK,
             rng,
         }
     });
     trace_walks(parts, scene, &mut starts, |event| match event {
-        WalkEvent::Hit((item, first, flux), step, at, _) => {
+        WalkEvent::Hit((item, start, flux), step, at, _) => {
             let flux = *flux * step.throughput * parts.flux_factor(step.factor);
             let mut arrive = || {
-                if let Some(first) = first.take() {
-                    on_event(ParticleEvent::Vertex(item, &first))?;
+                if let Some(start) = start.take() {
+                    on_event(ParticleEvent::Vertex(item, &start.vertex()))?;
                 }
                 if step.endless {
                     return Err(Error::Radiance {
@@ -67,9 +86,9 @@ pub(super) fn particles<'a, P: PathParts + Bidirectional + ?Sized, T, R: Sampler
             arrive().map_err(|error| named(error, item))?;
             Ok(true)
         }
-        WalkEvent::End((mut item, first, _), _, rng) => {
-            if let Some(first) = first {
-                on_event(ParticleEvent::Vertex(&mut item, &first))
+        WalkEvent::End((mut item, start, _), _, rng) => {
+            if let Some(start) = start {
+                on_event(ParticleEvent::Vertex(&mut item, &start.vertex()))
                     .map_err(|error| named(error, &item))?;
             }
             on_event(ParticleEvent::End(item, rng))?;

@@ -121,28 +121,31 @@ impl FullPath<'_> {
                 &self.eye[count - 1 - i]
             }
         };
+        path.clear();
+        if count == 0 {
+            return;
+        }
+        let mut a = vertex(0);
         // An emitter is where a light path starts, whatever its BSDF.
-        let specular = |i: usize, x: &PathVertex<'_>| i > 0 && x.is_specular();
-        let connectible = |i| f64::from(!specular(i, vertex(i)));
-        let density = |connectible| Density {
+        let mut a_is_specular = false;
+        let mut start = Density {
             light: 0.0,
             eye: 0.0,
-            connectible,
+            connectible: 1.0,
         };
-        path.clear();
-        path.extend((0..count).map(connectible).map(density));
-        if let Some((x, index)) = (count > 0)
-            .then(|| vertex(0))
-            .and_then(|x| Some((x, x.emitter? as usize)))
-        {
-            path[0].light = point_pdf(parts, scene, index);
-            if path.len() > 1 {
-                let sampling_pdf = || light_sampling_pdf(parts, scene, index, &x.at, self.point(1));
-                path[0].connectible = x.sampling_pdf.unwrap_or_else(sampling_pdf) / path[0].light;
+        if let Some(emitter) = a.emitter {
+            let emitter = emitter as usize;
+            start.light = point_pdf(parts, scene, emitter);
+            if count > 1 {
+                let sampling_pdf =
+                    || light_sampling_pdf(parts, scene, emitter, &a.at, self.point(1));
+                start.connectible = a.sampling_pdf.unwrap_or_else(sampling_pdf) / start.light;
             }
         }
-        for i in 0..count.saturating_sub(1) {
-            let (a, b) = (vertex(i), vertex(i + 1));
+        path.push(start);
+        for i in 0..count - 1 {
+            let b = vertex(i + 1);
+            let b_is_specular = b.is_specular();
             // The subpaths have measured all edges but the connection.
             let known = if i + 1 < s {
                 b.edge.map(Edge::reversed)
@@ -157,11 +160,16 @@ impl FullPath<'_> {
             let index = if i + 1 < s { b } else { a }.eta_squared;
             let before = || i.checked_sub(1).map(|i| self.point(i));
             let after = || Some(self.point(i + 2));
-            path[i].connectible *= f64::from(!b.is_specular());
-            path[i + 1].light =
-                a.density(parts, specular(i, a), direction, cos_a, index, before) * per_area[1];
+            path[i].connectible *= f64::from(!b_is_specular);
             path[i].eye =
-                b.density(parts, b.is_specular(), -direction, cos_b, index, after) * per_area[0];
+                b.density(parts, b_is_specular, -direction, cos_b, index, after) * per_area[0];
+            path.push(Density {
+                light: a.density(parts, a_is_specular, direction, cos_a, index, before)
+                    * per_area[1],
+                eye: 0.0,
+                connectible: f64::from(!b_is_specular),
+            });
+            (a, a_is_specular) = (b, b_is_specular);
         }
         if let (Some(last), Some(density)) =
             (self.eye.first().or(self.light.last()), path.last_mut())

@@ -50,6 +50,7 @@ pub struct PhotonMapping<'a> {
 }
 
 /// First diffuse surface of a path, reached directly or through mirrors and glass alone.
+#[derive(Clone, Copy)]
 struct PhotonHit {
     hit: Hit,
     at: Vertex,
@@ -203,7 +204,8 @@ fn trace_to_diffuse<P: PathParts + ?Sized, T: Copy, R: Sampler>(
     rays: &mut dyn Iterator<Item = PendingWalk<T, R>>,
     on_emission: &mut dyn FnMut(T, DVec3),
 ) -> Vec<(T, PhotonHit, R)> {
-    let mut arrivals = Vec::new();
+    // Walks are moved several times, so that they hold only the index of their arrival.
+    let (mut hits, mut arrivals) = (Vec::new(), Vec::new());
     let mut walks = rays.map(|walk| {
         let PendingWalk {
             item,
@@ -227,7 +229,8 @@ fn trace_to_diffuse<P: PathParts + ?Sized, T: Copy, R: Sampler>(
                 }
                 if hit.endless || hit.bsdf.is_non_delta() {
                     let throughput = hit.factor * hit.throughput;
-                    *arrival = Some(PhotonHit {
+                    *arrival = Some(hits.len());
+                    hits.push(PhotonHit {
                         hit: hit.here,
                         at: *at,
                         throughput,
@@ -237,7 +240,7 @@ fn trace_to_diffuse<P: PathParts + ?Sized, T: Copy, R: Sampler>(
                 }
             }
             WalkEvent::End((number, _, arrival), _, rng) => {
-                arrivals.extend(arrival.map(|arrival| (number, arrival, rng)));
+                arrivals.extend(arrival.map(|index| (number, hits[index], rng)));
             }
         }
         Ok(true)
