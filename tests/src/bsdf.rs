@@ -143,11 +143,19 @@ pub(super) fn integrals(
     )]
 }
 
+/// The check-up of a diffuse BSDF: its weights vary so little that fewer samples are enough.
+pub(super) fn diffuse() -> CheckUp {
+    CheckUp {
+        samples: 2_800_000,
+        ..CheckUp::default()
+    }
+}
+
 /// The check-up at two inclinations: directions are sampled independently of wo.
 fn two_inclinations() -> CheckUp {
     CheckUp {
         inclinations: vec![0.0, 75.0],
-        ..CheckUp::default()
+        ..diffuse()
     }
 }
 
@@ -211,9 +219,9 @@ fn trials() -> Vec<FamilyTrial<PartTable>> {
             "matte things are shaded by a cosine too many or too few",
             &COSINE,
             |c, parts| {
-                // Twice the usual size: relative standard deviation 1/√3.
+                // More than others: relative standard deviation 1/√3.
                 let size = CheckUp {
-                    samples: 2 * CheckUp::default().samples,
+                    samples: 7_000_000,
                     ..two_inclinations()
                 };
                 lambert_check(c, uniform_sampled(parts, lambert(RHO)), &size)
@@ -226,7 +234,7 @@ fn trials() -> Vec<FamilyTrial<PartTable>> {
             &OREN_NAYAR,
             |c, parts| {
                 let form = OrenNayarForm::Corrected;
-                oren_nayar_check(c, parts, form, oren_nayar_albedo, &CheckUp::default())
+                oren_nayar_check(c, parts, form, oren_nayar_albedo, &diffuse())
             },
         ),
         family_trial(

@@ -174,7 +174,7 @@ pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             |_| ray_to(DVec3::ZERO, DVec3::Z),
             1.0,
             opening([shadow, HALF]),
-            280_000,
+            220_000,
         ),
     ]
 }

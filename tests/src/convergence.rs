@@ -16,7 +16,7 @@ const RATIO_SAMPLES: u64 = 16_000_000;
 const VARIANCE_DELTA: f64 = 0.01;
 const EDGE_SAMPLES: u64 = 8_000_000;
 /// Number of groups of replications from which a slope is estimated.
-const GROUPS: u64 = 2 * MIN_SYMMETRIC_VALUES;
+const GROUPS: u64 = MIN_SYMMETRIC_VALUES;
 /// Squared errors averaged per group and size.
 const REPLICATIONS: u32 = 20;
 /// Δ of slopes. A logarithm of a mean of 20 squared errors is biased a little differently at small

@@ -151,7 +151,7 @@ pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             (EstimatorKind::Path, |_| ray_to_origin()),
             "a floor under a white sky of which a light hides a part",
             panelled,
-            1_500_000,
+            820_000,
         ),
     ]
 }

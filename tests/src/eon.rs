@@ -1,6 +1,6 @@
 //! EON under check-ups by sampling and in furnaces by quadrature.
 
-use whitefurnace::harness::bsdf_checkup::{CheckUp, check_up};
+use whitefurnace::harness::bsdf_checkup::check_up;
 use whitefurnace::harness::domain::MASS_TOLERANCE;
 use whitefurnace::material::eon::{
     MAX_G_OVER_PI, albedo, average_albedo, coefficient_a, multiple_albedo, multiple_scattering,
@@ -9,7 +9,7 @@ use whitefurnace::material::eon::{
 use whitefurnace::math::frame::from_spherical;
 use whitefurnace::sampling::warp::uniform_hemisphere;
 
-use crate::bsdf::{Cases, as_rendered, at_every_angle, integrals, squared};
+use crate::bsdf::{Cases, as_rendered, at_every_angle, diffuse, integrals, squared};
 use crate::prelude::*;
 use crate::subject;
 
@@ -115,7 +115,7 @@ fn trials() -> Vec<FamilyTrial<EonParts>> {
                 let subject = as_rendered(parts.lobes, material(1.0, 0.3))
                     .energy_bound(1.0)
                     .albedo(|_| 1.0);
-                check_up(&subject, &CheckUp::default(), context)
+                check_up(&subject, &diffuse(), context)
             },
         ),
         family_trial(

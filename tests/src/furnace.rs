@@ -74,7 +74,7 @@ fn closed() -> Vec<FamilyTrial<EstimatorSubject>> {
             "closed furnace box",
             0.5,
             cube(0.5),
-            1_500_000,
+            770_000,
         ),
         (
             "furnace/path/albedo-0.75",
@@ -125,7 +125,7 @@ fn strategies() -> Vec<FamilyTrial<EstimatorSubject>> {
             "rooms are too dark or too bright without shadow rays",
             &cube,
             Strategy::Bsdf,
-            2_000_000,
+            1_100_000,
         ),
         (
             "furnace/light/box",
@@ -317,7 +317,7 @@ fn skies() -> Vec<FamilyTrial<EstimatorSubject>> {
             property,
             "the report's method lets a wall take too much or too little skylight from a floor",
         )
-        .by_scrambles(visible, CLOSED_FORM_DELTA, 330_000),
+        .by_scrambles(visible, CLOSED_FORM_DELTA, 250_000),
         radiance(
             "furnace/sky/oren-nayar",
             &OREN_NAYAR,

@@ -104,7 +104,7 @@ const CASES: Cases = Cases {
 };
 
 /// Number of estimates of the floor's radiance.
-const SAMPLES: u64 = 7_000_000;
+const SAMPLES: u64 = 5_000_000;
 /// Inclination of the view, radians.
 const INCLINATION: f64 = 1.0;
 

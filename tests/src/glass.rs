@@ -249,7 +249,7 @@ fn cubes() -> Vec<FamilyTrial<EstimatorSubject>> {
             "from inside it a glass cube under a white sky shows n² in directions that can leave",
             "the world seen from within glass is as dim as from outside",
         )
-        .by_rays(n2, BOUNCES_DELTA, 2_400_000),
+        .by_rays(n2, BOUNCES_DELTA, 1_300_000),
         radiance(
             "glass/cube-trapped",
             &FRESNEL,
@@ -289,5 +289,5 @@ fn vanishing() -> FamilyTrial<EstimatorSubject> {
         "a sphere of index 1 before a light changes nothing",
         "a body that bends no light casts a shadow on a floor, or brightens it",
     )
-    .by_rays(reference, IMAGE_DELTA, 5_800_000)
+    .by_rays(reference, IMAGE_DELTA, 5_100_000)
 }

@@ -141,7 +141,7 @@ struct WhiteFurnace(Arc<Scene>);
 const SKY: DVec3 = DVec3::new(1.0, 3.0, 0.5);
 
 const FURNACE_SIZE: [u32; 2] = [48, 16];
-const FURNACE_REPLICATIONS: u64 = 24_000;
+const FURNACE_REPLICATIONS: u64 = 19_000;
 
 impl Property for WhiteFurnace {
     fn run(&self, context: &Context, setup: Configuration<'_>) -> Vec<Outcome> {
@@ -240,7 +240,7 @@ impl Property for SameImage {
 struct Convex(Arc<Scene>);
 
 const CONVEX_SIZE: [u32; 2] = [32, 32];
-const CONVEX_REPLICATIONS: u64 = 2_600;
+const CONVEX_REPLICATIONS: u64 = 2_000;
 
 impl Property for Convex {
     fn run(&self, context: &Context, setup: Configuration<'_>) -> Vec<Outcome> {

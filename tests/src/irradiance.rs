@@ -143,7 +143,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
             &hidden,
             Path,
             &GEOMETRY,
-            980_000,
+            760_000,
         ),
         by(
             "irradiance/behind",
@@ -175,7 +175,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
             &three,
             Path,
             &ESTIMATOR,
-            200_000,
+            160_000,
         ),
     ]
 }

@@ -174,7 +174,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             ),
             "a mirror hung close to a wall, or a lamp close to a ceiling, goes dark",
         )
-        .by_scrambles(in_mirror, CLOSED_FORM_DELTA, 59_000),
+        .by_scrambles(in_mirror, CLOSED_FORM_DELTA, 46_000),
     ]
 }
 

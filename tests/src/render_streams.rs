@@ -73,7 +73,7 @@ fn right(scene: &Scene, seed: u64, sample: u32) -> Vec<DVec3> {
     }
 }
 
-const FRAMES: u64 = 64;
+const FRAMES: u64 = 32;
 
 /// Tests that first numbers over all pixels and samples are distinct.
 fn distinct(context: &Context, scene: &Scene, numbers: Numbers) -> Vec<Outcome> {
@@ -84,7 +84,7 @@ fn distinct(context: &Context, scene: &Scene, numbers: Numbers) -> Vec<Outcome> 
 }
 
 /// Pairs of frames; each gives as many pairs of numbers of every kind as a frame has pixels.
-const FRAME_PAIRS: u64 = 740;
+const FRAME_PAIRS: u64 = 570;
 
 /// Kinds of neighbours.
 const KINDS: [&str; 5] = ["columns", "rows", "samples", "draws", "positions and draws"];

@@ -380,7 +380,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             "under a sky rough glass loses the light that meets a second microfacet, and no more",
             "frosted glass under an even sky glows, or is darker than its facets explain",
         )
-        .by_rays(seen_from_outside, BOUNCES_DELTA, 3_000_000),
+        .by_rays(seen_from_outside, BOUNCES_DELTA, 1_600_000),
         radiance(
             "glass/rough-by-both",
             &ROUGH_GLASS,

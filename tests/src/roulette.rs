@@ -9,6 +9,9 @@ use crate::prelude::*;
 
 const SAMPLES: u64 = 8_000_000;
 const VARIANCE_SAMPLES: u64 = 16_000_000;
+/// Samples of a variance where survival exceeds albedo: throughput falls at each bounce, so that
+/// estimates are bounded.
+const BOUNDED_VARIANCE_SAMPLES: u64 = 6_500_000;
 /// Relative δ of multi-bounce means.
 const MEAN_DELTA: f64 = 0.005;
 /// Relative δ of variances.
@@ -82,11 +85,16 @@ pub fn variance(a: f64, q: f64) -> f64 {
 fn variance_is_right(context: &Context, parts: WalkParts, [a, q]: [f64; 2]) -> Vec<Outcome> {
     let mut rng = context.rng("variance");
     let square = || (walk(&mut rng, parts, a, q) - 1.0 / (1.0 - a)).powi(2);
+    let samples = if q > a {
+        BOUNDED_VARIANCE_SAMPLES
+    } else {
+        VARIANCE_SAMPLES
+    };
     vec![mean_of(
         "variance",
         variance(a, q),
         VARIANCE_DELTA,
-        context.n(VARIANCE_SAMPLES),
+        context.n(samples),
         square,
     )]
 }

@@ -118,7 +118,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             &glass,
             MIS_ANGLE,
             &REFRACTION,
-            140_000,
+            110_000,
         ),
         family_trial(
             "irradiance/after-glass/report",

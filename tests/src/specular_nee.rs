@@ -152,7 +152,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             ),
             "the caustic of a glass ball is too bright or too dim by specular shadow rays",
         )
-        .by_scrambles(lit, BOUNCES_DELTA, 140_000),
+        .by_scrambles(lit, BOUNCES_DELTA, 110_000),
         radiance(
             "irradiance/by-bodies/lens-four-segments",
             &SPECULAR_ANGLE,
@@ -166,7 +166,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             ),
             "a limit on bounces cuts the caustic of a glass ball, or does not limit it",
         )
-        .by_scrambles(straight, BOUNCES_DELTA, 140_000),
+        .by_scrambles(straight, BOUNCES_DELTA, 110_000),
         furnace(
             "furnace/by-bodies/glass",
             "glass balls in a room change how bright it is: their caustics are counted wrongly",
@@ -175,7 +175,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             &glass,
             SPECULAR_NEE,
             inside as Rays,
-            1_200_000,
+            740_000,
         ),
         furnace(
             "furnace/by-bodies/mirrors",
@@ -185,7 +185,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             &mirrors,
             EstimatorKind::PathSpecularNee(Heuristic::Power),
             inside as Rays,
-            680_000,
+            620_000,
         ),
     ]
 }

@@ -294,7 +294,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
             &three,
             LIGHT_ANGLE,
             &LIGHT_RECTANGLE,
-            190_000,
+            150_000,
         ),
         by(
             "irradiance/three-lights/contribution",
@@ -302,7 +302,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
             &three,
             LIGHT_IMPORTANCE,
             &LIGHT_PICK,
-            500_000,
+            380_000,
         ),
         by(
             "irradiance/mosaic/mis",
@@ -310,7 +310,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
             &mosaic,
             MIS_IMPORTANCE,
             &LIGHT_PICK,
-            53_000,
+            41_000,
         ),
     ]
 }
@@ -363,7 +363,7 @@ fn penumbra() -> Vec<FamilyTrial<EstimatorSubject>> {
             -0.6,
             |_| to_floor(-0.6),
             LIGHT_ANGLE,
-            46_000,
+            21_000,
         ),
         family_trial(
             "irradiance/penumbra/middle",
@@ -371,7 +371,7 @@ fn penumbra() -> Vec<FamilyTrial<EstimatorSubject>> {
             -0.2,
             |_| to_floor(-0.2),
             LIGHT_ANGLE,
-            170_000,
+            55_000,
         ),
     ]
 }

@@ -100,7 +100,7 @@ fn direct() -> Vec<FamilyTrial<EstimatorSubject>> {
             LightTracer,
             under_square,
             scenes::rectangle(false),
-            10_000,
+            MIN_SYMMETRIC_VALUES,
         ),
         floor(
             "bidirectional/bdpt/rectangle",
@@ -143,13 +143,13 @@ fn direct() -> Vec<FamilyTrial<EstimatorSubject>> {
             "bidirectional/light-tracer/frame",
             "a wide light-traced image gets darker or brighter towards its sides",
             LightTracer,
-            17_000,
+            15_000,
         ),
         frame(
             "bidirectional/bdpt/frame",
             "a wide bidirectional image gets darker or brighter towards its sides",
             Bdpt,
-            13_000,
+            11_500,
         ),
         frame(
             "bidirectional/bdpt-ends/frame",
@@ -284,12 +284,12 @@ fn furnaces() -> Vec<FamilyTrial<EstimatorSubject>> {
             BdptEnds,
             Cap::Black,
             SMALL,
-            10_500,
+            MIN_SYMMETRIC_VALUES,
         ),
         sky(
             "bidirectional/bdpt/environment",
             "white things stand out from a white sky: a bidirectional path loses or adds light",
-            60_000,
+            54_000,
         ),
     ]
     .into_iter()
@@ -336,7 +336,7 @@ fn sobol() -> Vec<FamilyTrial<EstimatorSubject>> {
             "eye and light paths share their Sobol' points: bidirectional images are biased",
             Bdpt,
             [6, 4],
-            12_000,
+            9_000,
         ),
     ]
     .into_iter()
@@ -451,14 +451,14 @@ fn equivalence() -> Vec<FamilyTrial<EstimatorSubject>> {
             LightTracer,
             scene,
             [16, 12],
-            26_000,
-            20_000,
+            24_000,
+            18_000,
         )
     });
     let bdpt = room.map(|scene| {
         let name = "bidirectional/bdpt/diffuse-room";
         let consequence = "a room gets darker when rendered bidirectionally, as in yuphin/Lumen#42";
-        same(name, consequence, Bdpt, scene, [8, 6], 19_000, 66_000)
+        same(name, consequence, Bdpt, scene, [8, 6], 16_000, 56_000)
     });
     light_tracer.into_iter().chain(bdpt).collect()
 }

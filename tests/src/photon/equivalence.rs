@@ -91,9 +91,9 @@ pub(super) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         ray: caustic_floor,
         particles: 512,
         radius: 0.05,
-        maps: 9_300,
+        maps: 8_500,
         rays: 128,
-        paths: 3_600_000,
+        paths: 3_100_000,
         // The blur of the caustic's edge costs about half a per cent.
         margin: 0.025,
     };
@@ -103,9 +103,9 @@ pub(super) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         particles: 1000,
         radius: 0.1,
         // So many that the skewness of so few photons within the radius does not matter.
-        maps: 7_500,
+        maps: 5_300,
         rays: 800,
-        paths: 1_000_000,
+        paths: 700_000,
         margin: 0.02,
     };
     [

@@ -129,7 +129,7 @@ fn floors() -> Vec<FamilyTrial<EstimatorSubject>> {
             scenes::corner(),
             Lookup::DirectVisualization,
             cut,
-            (1, 60_000),
+            (1, 34_000),
         ),
     ]
 }
@@ -235,7 +235,7 @@ fn fluxes() -> Vec<FamilyTrial<EstimatorSubject>> {
             balance,
             "the indirect light of a photon map is too bright or too dim everywhere",
             &PHOTON_FLUX,
-            flux(cube, PhotonMapKind::All, arriving, BOUNCES_DELTA, 13_000),
+            flux(cube, PhotonMapKind::All, arriving, BOUNCES_DELTA, 9_600),
         ),
     ]
 }

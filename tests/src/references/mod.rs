@@ -127,7 +127,7 @@ const REFERENCES: [Reference; 7] = [
         channel: 1,
         segments: 2,
         delta: CLOSED_FORM_DELTA,
-        replications: 26_000,
+        replications: 23_000,
         tiles_are_judged: false,
         about: "a square light in the dark",
         consequence: "a lamp that the eye sees is missing, or has another size than in Mitsuba",

@@ -126,7 +126,9 @@ pub(super) fn faults() -> Vec<Fault<RoughGlassParts>> {
             "bsdf/rough-glass: furnace at 10 degrees | furnace at 165 degrees"),
         fault!("pdf-too-high", ROUGH_GLASS_PDF, "a pdf that is 3 % too high",
             RoughGlassParts: { pdf: |glass, wo, wi| 1.03 * glass.pdf(wo, wi) },
-            at_every_angle!("furnace"), "bsdf/rough-glass-smooth: weights"),
+            // Not at 10 degrees, where values are so skewed that it would need the whole trial.
+            crate::bsdf::at_angles!("bsdf/rough-glass", "furnace", 40, 75, 105, 165),
+            "bsdf/rough-glass-smooth: weights"),
         fault!("even-choice", ROUGH_GLASS_PDF, "a microfacet reflects in half of all cases",
             RoughGlassParts: { sample: |glass, wo, [r1, r2, r3]| {
                 let reflected = glass.sample(wo, [r1, r2, 0.0]);

@@ -272,7 +272,7 @@ fn independence(context: &Context, subject: SobolParts) -> Vec<Outcome> {
 }
 
 /// Scrambles in the estimate's mean, and points of each.
-const SCRAMBLES: u64 = 60_000;
+const SCRAMBLES: u64 = 12_000;
 const POINTS: u32 = 16;
 /// Relative δ of the mean.
 const MEAN_DELTA: f64 = 0.003;
