@@ -8,6 +8,7 @@ use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, FromArgMatches, Parser};
 use whitefurnace::error::Error;
 use whitefurnace::film::MAX_FILM_PIXELS;
+use whitefurnace::suggest::did_you_mean;
 
 use super::{processor, progress, record, signals, summary};
 use crate::experiments::EXPERIMENTS;
@@ -290,10 +291,9 @@ pub fn find_experiment(id: &str) -> Result<&'static Experiment, Error> {
         .copied()
         .find(|experiment| experiment.id == id);
     found.ok_or_else(|| {
-        let ids: Vec<&str> = EXPERIMENTS.iter().map(|experiment| experiment.id).collect();
+        let hint = did_you_mean(id, EXPERIMENTS.iter().map(|experiment| experiment.id));
         Error::Option(format!(
-            "--only {id} is not an experiment: choose one of {}",
-            ids.join(", ")
+            "--only {id} is not an experiment{hint} (--list shows all)"
         ))
     })
 }

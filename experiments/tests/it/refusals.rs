@@ -287,7 +287,10 @@ fn every_experiment_is_listed_and_has_a_program() {
         ids.eq(EXPERIMENTS.iter().map(|experiment| experiment.id)),
         "{list}"
     );
-    refused(&reproduce(&folder, "--only fig10"), "fig9");
+    refused(
+        &reproduce(&folder, "--only lihgts"),
+        "did you mean \"lights\"?",
+    );
     let programs = Path::new(env!("CARGO_MANIFEST_DIR")).join("programs/src/bin");
     for id in EXPERIMENTS.iter().map(|experiment| experiment.id) {
         assert!(
