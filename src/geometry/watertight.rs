@@ -9,6 +9,10 @@
 //! so its sign is the true sign or it is exactly zero, and zero counts as inside. Neighbours that
 //! share an edge get exactly opposite values. Hence every ray that crosses the map is inside some
 //! triangle.
+//!
+//! Edge values are also rounded to zero where the ray passes far from a triangle that is tiny or
+//! seen edge-on. Where one is zero, the ray must therefore be within the triangle's
+//! [bounds](in_bounds), too, as every ray is that crosses it.
 
 use std::fmt::Debug;
 
@@ -76,14 +80,25 @@ impl<R: Real, A: Axes<R>> Shear<R, A> {
     /// three projected vertices; t is infinite where there is none. Hits as near as rounding
     /// ([`MIN_RELATIVE_DISTANCE`]) are at the ray's origin, not ahead.
     #[inline]
-    pub fn hit(&self, [a, b, c]: [&Projected<R>; 3]) -> TriangleHit<R> {
-        self.hit_within([edge(c, b), edge(a, c), edge(b, a)], [a[2], b[2], c[2]])
+    pub fn hit(&self, vertices: [&Projected<R>; 3]) -> TriangleHit<R> {
+        let [a, b, c] = vertices;
+        let edges = [edge(c, b), edge(a, c), edge(b, a)];
+        self.hit_within(edges, [a[2], b[2], c[2]], || {
+            // Copied, so that vertices are kept in registers otherwise.
+            in_bounds(vertices.map(|vertex| *vertex))
+        })
     }
 
     /// Returns the hit as [`hit`](Self::hit), from the triangle's [`edge`]s, each opposite to its
-    /// vertex, and the depths of its vertices.
+    /// vertex, and the depths of its vertices. `in_bounds` returns the function of this name, and is
+    /// only called for a hit with an edge of zero.
     #[inline(always)]
-    pub fn hit_within(&self, [u, v, w]: [R; 3], depths: [R; 3]) -> TriangleHit<R> {
+    pub fn hit_within(
+        &self,
+        [u, v, w]: [R; 3],
+        depths: [R; 3],
+        in_bounds: impl FnOnce() -> R::Mask,
+    ) -> TriangleHit<R> {
         let (zero, none) = (R::splat(0.0), R::splat(f64::INFINITY));
         let [lowest, highest] = [u.minimum(v).minimum(w), u.maximum(v).maximum(w)];
         let inside = !(lowest.cmplt(zero) & highest.cmpgt(zero));
@@ -108,7 +123,12 @@ impl<R: Real, A: Axes<R>> Shear<R, A> {
             )
             .abs(),
         );
-        let hit = inside & !determinant.cmpeq(zero) & ahead;
+        // Where the determinant is zero, t is not a number, and not ahead.
+        let mut hit = inside & ahead;
+        let on_edge = hit & (lowest.cmpeq(zero) | highest.cmpeq(zero));
+        if on_edge.any() {
+            hit = hit & (!on_edge | in_bounds());
+        }
         TriangleHit {
             t: R::select(hit, t, none),
             weights,
@@ -128,6 +148,19 @@ pub const SINGLE_MIN_RELATIVE_DISTANCE: f64 = 1.0 / 524_288.0;
 #[inline]
 pub fn edge<R: Real>(a: &Projected<R>, b: &Projected<R>) -> R {
     a[0] * b[1] - a[1] * b[0]
+}
+
+/// Returns whether the ray passes through the rectangle along the axes that bounds three projected
+/// vertices. The coordinates are compared, not computed with, so no rounding decides.
+#[cold]
+pub fn in_bounds<R: Real>([a, b, c]: [Projected<R>; 3]) -> R::Mask {
+    let zero = R::splat(0.0);
+    let is_between = |axis: usize| {
+        let lowest = a[axis].minimum(b[axis]).minimum(c[axis]);
+        let highest = a[axis].maximum(b[axis]).maximum(c[axis]);
+        !(lowest.cmpgt(zero) | highest.cmplt(zero))
+    };
+    is_between(0) & is_between(1)
 }
 
 impl Shear {

@@ -336,6 +336,23 @@ fn ever_smaller_triangles_make_no_tree_too_deep() {
     }
 }
 
+/// A ray whose packet opens the boxes of triangles that it passes far away misses them, as alone.
+#[test]
+fn slivers_are_missed_beside_them() {
+    let slivers = slivers_beside_z(f64::EPSILON);
+    let up = Ray::new(DVec3::ZERO, 32.0 * DVec3::Z);
+    let rays: Vec<Ray> = slivers
+        .iter()
+        .flat_map(|[a, b, c]| {
+            let origin = DVec3::new(7.0, -5.0, 1.0);
+            [up, Ray::new(origin, (a + b + c) / 3.0 - origin)]
+        })
+        .collect();
+    let primitives: Vec<_> = slivers.into_iter().map(Primitive::Triangle).collect();
+    check_all(&primitives, &rays);
+    assert_eq!(Bvh::new(&primitives).closest(&up, f64::INFINITY), None);
+}
+
 #[test]
 fn rays_of_no_numbers_hit_nothing() {
     let mut rng = rng("no numbers");

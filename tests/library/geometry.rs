@@ -217,3 +217,13 @@ fn no_hit_behind_parallel_or_on_a_triangle_without_area() {
         assert_eq!(watertight(&down(0.5, 0.0), degenerate, 3.0), None);
     }
 }
+
+/// Edge values that are rounded to zero make no hit on a triangle that the ray passes far away.
+#[test]
+fn no_hit_beside_a_triangle_that_is_tiny_or_seen_edge_on() {
+    let up = Ray::new(DVec3::ZERO, DVec3::Z);
+    for triangle in slivers_beside_z(f64::EPSILON) {
+        let hit = watertight(&up, triangle, f64::INFINITY);
+        assert_eq!(hit, None, "{triangle:?}");
+    }
+}

@@ -146,6 +146,28 @@ impl Mesh {
     }
 }
 
+/// Returns triangles far from the z axis, whose edge values for rays along it are of the size of
+/// their rounding errors: tiny ones, and large ones that are seen edge-on. `epsilon` is that of the
+/// numbers.
+pub fn slivers_beside_z(epsilon: f64) -> Vec<[DVec3; 3]> {
+    // Corners are moved by multiples of the distance between numbers from 4 to 8.
+    let moves = |place: usize| [place / 4, place % 4].map(|n| 4.0 * epsilon * n as f64);
+    let corner = |scale: f64, place: usize| {
+        let [x, y] = moves(place);
+        DVec3::new(5.3, 6.1, 7.0) * scale + DVec3::new(x, y, 0.0)
+    };
+    let mut slivers = Vec::new();
+    for scales in [[1.0; 3], [1.0, 1.5, 2.0], [1.0, 2.0, 3.0]] {
+        for places in (0..16 * 16 * 16).map(|n| [n / 256, n / 16 % 16, n % 16]) {
+            let [a, b, c] = [0, 1, 2].map(|n| corner(scales[n], places[n]));
+            if places.is_sorted() && (b - a).cross(c - a) != DVec3::ZERO {
+                slivers.push([a, b, c]);
+            }
+        }
+    }
+    slivers
+}
+
 /// Draws a vertex or a point on an edge, where watertightness is decided.
 pub fn border<R: Rng>(rng: &mut R, mesh: &Mesh) -> DVec3 {
     let pick = between(rng, 0.0, mesh.triangles.len() as f64) as usize;

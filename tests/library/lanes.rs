@@ -10,9 +10,9 @@ use std::array::from_fn;
 use whitefurnace::integrator::{Heuristic, Path, Sample, Strategy as Finds, Whitted};
 use whitefurnace::material::Model;
 use whitefurnace::math::real::Vector;
-use whitefurnace::math::simd::{LANES, Lanes3};
+use whitefurnace::math::simd::{LANES, Lanes, Lanes3, SINGLES, Singles, Wide};
 use whitefurnace::render::{LaneEstimator, render_lanes};
-use whitefurnace::scene::lanes::EightRayIntersector;
+use whitefurnace::scene::lanes::{EightRayIntersector, PacketIntersector};
 
 use scenes::{room_of_all_materials, scenes};
 
@@ -378,4 +378,33 @@ fn eight_rays_meet_what_each_meets() {
         let alone = rays.map(|ray| scene.intersect(&ray).map_or(f64::INFINITY, |hit| hit.t));
         assert_eq!(together.to_array(), alone);
     }
+}
+
+/// Asserts that rays along the z axis miss small scenes of triangles beside it.
+fn assert_slivers_are_missed<R: Wide<N>, const N: usize>(epsilon: f64) {
+    let up = Ray::new(DVec3::ZERO, DVec3::Z);
+    let ray = Ray::new(
+        R::Vector::splat_vector(up.origin),
+        R::Vector::splat_vector(up.direction),
+    );
+    for slivers in slivers_beside_z(epsilon).chunks(60) {
+        let scene = scene_of(&Mesh {
+            vertices: slivers.concat(),
+            triangles: (0..slivers.len() as u32)
+                .map(|i| [3 * i, 3 * i + 1, 3 * i + 2])
+                .collect(),
+        });
+        let mut together = PacketIntersector::<R, N>::new(&scene).expect("few triangles");
+        for lane in 0..N {
+            let t = together.closest(&ray).lane(lane);
+            assert_eq!(t, f64::INFINITY, "{slivers:?}");
+        }
+    }
+}
+
+/// Lists of triangles are missed by rays that pass them far away, as each alone is.
+#[test]
+fn slivers_are_missed_in_lists() {
+    assert_slivers_are_missed::<Lanes, LANES>(f64::EPSILON);
+    assert_slivers_are_missed::<Singles, SINGLES>(f32::EPSILON.into());
 }

@@ -1,9 +1,11 @@
 //! Lists of triangles that all lanes test together.
 
+use std::ops::Range;
+
 use glam::DVec3;
 
 use crate::geometry::hull::MAX_PRIMITIVES;
-use crate::geometry::watertight::{LaneShear, Projected, TriangleHit, edge};
+use crate::geometry::watertight::{LaneShear, Projected, TriangleHit, edge, in_bounds};
 use crate::math::real::{Mask, Real};
 use crate::math::simd::{Scalar, Wide};
 
@@ -128,13 +130,14 @@ impl<T: Scalar> Triangles<T> {
         let zero = R::splat(0.0);
         // Triangles without area are not hit.
         let (mut ids, mut edges, mut depths) = (zero, [zero; 3], [zero; 3]);
-        let mut taken = 0;
+        let (mut taken, mut first) = (0, 0);
         let count = self.list_candidates(active, through_glass, projected);
-        for &(index, lanes) in &projected.candidates[..count] {
+        for (place, &(index, lanes)) in projected.candidates[..count].iter().enumerate() {
             let ListedPrimitive { id, shape, .. } = &self.list[usize::from(index)];
             if taken & lanes != 0 {
-                on_hit(ids, &shear.hit_within(edges, depths));
-                (edges, taken) = ([zero; 3], 0);
+                let in_bounds = || self.in_bounds(projected, first..place);
+                on_hit(ids, &shear.hit_within(edges, depths, in_bounds));
+                (edges, taken, first) = ([zero; 3], 0, place);
             }
             taken |= lanes;
             let lanes = R::Mask::from_bits(lanes);
@@ -153,8 +156,27 @@ impl<T: Scalar> Triangles<T> {
             }
         }
         if taken != 0 {
-            on_hit(ids, &shear.hit_within(edges, depths));
+            let in_bounds = || self.in_bounds(projected, first..count);
+            on_hit(ids, &shear.hit_within(edges, depths, in_bounds));
         }
+    }
+
+    /// Returns the lanes whose ray is [`in_bounds`] of the triangle that it may hit among these
+    /// candidates.
+    #[cold]
+    fn in_bounds<R: Wide<N, Scalar = T>, const N: usize>(
+        &self,
+        projected: &ProjectedScene<R, N>,
+        batch: Range<usize>,
+    ) -> R::Mask {
+        let none = R::Mask::splat(false);
+        projected.candidates[batch]
+            .iter()
+            .fold(none, |within, &(index, lanes)| {
+                let vertices = self.list[usize::from(index)].shape.vertices;
+                let vertices = vertices.map(|vertex| projected.vertices[usize::from(vertex)]);
+                within | R::Mask::from_bits(lanes) & in_bounds(vertices)
+            })
     }
 
     /// Lists the triangles that a ray in an `active` lane may hit, and returns their number: the
