@@ -84,14 +84,14 @@ impl<R: Real, A: Axes<R>> Shear<R, A> {
         let [a, b, c] = vertices;
         let edges = [edge(c, b), edge(a, c), edge(b, a)];
         self.hit_within(edges, [a[2], b[2], c[2]], || {
-            // Copied, so that vertices are kept in registers otherwise.
+            // A copy, so that the vertices stay in registers.
             in_bounds(vertices.map(|vertex| *vertex))
         })
     }
 
     /// Returns the hit as [`hit`](Self::hit), from the triangle's [`edge`]s, each opposite to its
-    /// vertex, and the depths of its vertices. `in_bounds` returns the function of this name, and is
-    /// only called for a hit with an edge of zero.
+    /// vertex, and the depths of its vertices. `in_bounds` returns [`in_bounds`] of its vertices; it
+    /// is called only if a ray hits with an edge of zero.
     #[inline(always)]
     pub fn hit_within(
         &self,
@@ -150,8 +150,8 @@ pub fn edge<R: Real>(a: &Projected<R>, b: &Projected<R>) -> R {
     a[0] * b[1] - a[1] * b[0]
 }
 
-/// Returns whether the ray passes through the rectangle along the axes that bounds three projected
-/// vertices. The coordinates are compared, not computed with, so no rounding decides.
+/// Returns whether the ray passes through the bounding rectangle of three projected vertices, exact
+/// as comparisons are.
 #[cold]
 pub fn in_bounds<R: Real>([a, b, c]: [Projected<R>; 3]) -> R::Mask {
     let zero = R::splat(0.0);

@@ -93,7 +93,7 @@ impl std::fmt::Display for Row {
 }
 
 /// Splits the name of a factor into the object that has it, if it is one of several, and its kind.
-fn object_and_kind((name, _): Factor) -> (Option<&'static str>, &'static str) {
+fn object_and_kind(name: &str) -> (Option<&str>, &str) {
     match name.split_once(' ') {
         Some((object, kind)) if object.len() == 1 => (Some(object), kind),
         _ => (None, name),
@@ -101,17 +101,18 @@ fn object_and_kind((name, _): Factor) -> (Option<&'static str>, &'static str) {
 }
 
 fn feature(factor: Factor, level: usize) -> Feature {
-    let (_, kind) = object_and_kind(factor);
+    let (name, levels) = factor;
     Feature {
-        kind,
-        level: factor.1[level],
+        kind: object_and_kind(name).1,
+        level: levels[level],
     }
 }
 
 /// Returns the pair of two factors at these levels. Shape and material form one if one object has
 /// both.
 fn pair(factors: &[Factor], first: (usize, usize), second: (usize, usize)) -> Option<Pair> {
-    let [of_first, of_second] = [first, second].map(|(factor, _)| object_and_kind(factors[factor]));
+    let [of_first, of_second] =
+        [first, second].map(|(factor, _)| object_and_kind(factors[factor].0));
     if let ((Some(a), kind), (Some(b), other)) = (of_first, of_second)
         && kind != other
         && a != b
