@@ -169,8 +169,9 @@ fn find_roundoff(subject: &LobeSubject, size: &CheckUp, context: &Context) -> f6
 /// Checks all that can be asked of a BSDF of lobes without a scene. Pointwise, on random
 /// directions: no NaN, infinite or negative value (on a fuzzed domain); probabilities that sum to
 /// one minus the loss; samples in the direction of a lobe with weight throughput/probability; a
-/// lobe back to wo from every lobe's direction, as light paths are reversible; throughputs within
-/// the energy bound. Then for each inclination of `size` (on both sides, if it transmits) a
+/// lobe back to wo from every lobe's direction, as light paths are reversible (except where rounding
+/// makes lobes appear or vanish, as single precision does beside the critical angle); throughputs
+/// within the energy bound. Then for each inclination of `size` (on both sides, if it transmits) a
 /// binomial test of every lobe's probability, and the furnace: the mean weight is the sum of the
 /// throughputs.
 ///
