@@ -2,11 +2,12 @@
 //! against the path tracer.
 
 use whitefurnace::harness::mean::welch;
-use whitefurnace::integrator::{Bdpt, Connections, ImageEstimator, LightTracer};
+use whitefurnace::integrator::{Bdpt, Connections, ImageEstimator, LightTracer, Sample};
 use whitefurnace::sampling::sampler::{ImagePass, SamplerKind};
 
 use crate::prelude::*;
 use crate::scenes::mean_channel;
+use crate::subject::in_batches;
 
 /// An estimator of whole images.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -217,29 +218,28 @@ struct SameAsPath {
     delta: f64,
 }
 
-impl SameAsPath {
-    /// Returns the mean of a frame by the path tracer, one camera ray through a random point of
-    /// each pixel.
-    fn frame(&self, rng: &mut Stream) -> f64 {
-        let Passes { scene, frame, .. } = &self.passes;
-        let [width, height] = *frame;
-        let mut sum = DVec3::ZERO;
-        for pixel in 0..width * height {
-            let [x, y] = uniform2(rng);
-            let [column, row] = [pixel % width, pixel / width].map(f64::from);
-            let ray = scene.camera().ray(*frame, column + x, row + y);
-            let hit = scene.intersect(&ray);
-            sum += Path::default().radiance(scene, &ray, hit, rng);
-        }
-        mean_channel(scene, sum) / f64::from(width * height)
-    }
-}
-
 impl Property for SameAsPath {
     fn run(&self, context: &Context, setup: Configuration<'_>) -> Vec<Outcome> {
-        let mut rng = context.rng("path tracer");
-        let frames = context.n(self.frames);
-        let path = Values::collect(0.0, frames, || self.frame(&mut rng));
+        let Passes { scene, frame, .. } = &self.passes;
+        let [width, height] = *frame;
+        let mut pixels = (0..width * height).cycle();
+        // One camera ray through a random point of each pixel in turn.
+        let mut radiance = in_batches(context.seed_of("path tracer"), |rngs| {
+            let mut samples = rngs.zip(&mut pixels).map(|(mut rng, pixel)| {
+                let [x, y] = uniform2(&mut rng);
+                let [column, row] = [pixel % width, pixel / width].map(f64::from);
+                Sample {
+                    ray: scene.camera().ray(*frame, column + x, row + y),
+                    hit: None,
+                    rng: rng.into(),
+                }
+            });
+            Path::default().radiances(scene, &mut samples)
+        });
+        let path = Values::collect(0.0, context.n(self.frames), || {
+            let sum: DVec3 = (0..width * height).map(|_| radiance()).sum();
+            mean_channel(scene, sum) / f64::from(width * height)
+        });
         let mean = path.moments.mean();
         let regions = [(whole(self.delta), mean)];
         let means = self.passes.means(context, setup.parts, &regions);

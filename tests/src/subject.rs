@@ -318,7 +318,7 @@ impl Probe {
 }
 
 /// Number of estimates in a batch.
-const BATCH: u64 = 256;
+const BATCH: u64 = 1024;
 
 /// Returns a source of values, one per call, that are made in batches, each with a random stream of
 /// its own under this seed.
