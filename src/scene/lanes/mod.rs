@@ -65,7 +65,7 @@ pub(crate) struct LaneScene<'a, R: Wide<N>, const N: usize> {
 /// Buffers for intersection, allocated when first needed.
 pub(crate) struct IntersectionScratch<R, const N: usize> {
     /// Projected vertices and edges of small scenes.
-    projected: Option<Box<ProjectedScene<R, N>>>,
+    projected: Option<ProjectedScene<R, N>>,
     /// Stack of packet traversal.
     stack: Option<Box<PacketStack<N>>>,
 }
@@ -333,8 +333,7 @@ impl<R: Real, const N: usize> IntersectionScratch<R, N> {
     }
 
     fn projected(&mut self) -> &mut ProjectedScene<R, N> {
-        self.projected
-            .get_or_insert_with(|| Box::new(ProjectedScene::new()))
+        self.projected.get_or_insert_with(ProjectedScene::new)
     }
 
     fn stack(&mut self) -> &mut PacketStack<N> {

@@ -40,8 +40,8 @@ pub(super) struct Triangles<T> {
 
 /// Vertices and edges projected along rays; as many entries as 8-bit indices.
 pub(super) struct ProjectedScene<R, const N: usize> {
-    pub(super) vertices: [Projected<R>; MAX_INDICES],
-    pub(super) edges: [R; MAX_INDICES],
+    pub(super) vertices: Box<[Projected<R>; MAX_INDICES]>,
+    pub(super) edges: Box<[R; MAX_INDICES]>,
     /// Bits of the lanes that have each vertex behind them, and `N` bits higher those for which it
     /// is too far.
     pub(super) out_of_range: [u32; MAX_INDICES],
@@ -91,7 +91,7 @@ impl<T: Scalar> Triangles<T> {
         for ((vertex, projected), out_of_range) in self
             .vertices
             .iter()
-            .zip(&mut projected.vertices)
+            .zip(projected.vertices.iter_mut())
             .zip(&mut projected.out_of_range)
         {
             *projected = shear.project(vertex.map(R::splat_scalar));
@@ -101,16 +101,14 @@ impl<T: Scalar> Triangles<T> {
                 *out_of_range |= distance.cmpgt(limit).bits() << N;
             }
         }
+        let vertices = &*projected.vertices;
         for ((&[a, b], value), side_masks) in self
             .edges
             .iter()
-            .zip(&mut projected.edges)
+            .zip(projected.edges.iter_mut())
             .zip(&mut projected.side_masks)
         {
-            *value = edge(
-                &projected.vertices[usize::from(a)],
-                &projected.vertices[usize::from(b)],
-            );
+            *value = edge(&vertices[usize::from(a)], &vertices[usize::from(b)]);
             let [negative, positive] = [value.cmplt(zero), value.cmpgt(zero)];
             *side_masks = [pair(negative, positive), pair(positive, negative)];
         }
@@ -208,18 +206,12 @@ impl<T: Scalar> Triangles<T> {
 impl<R: Real, const N: usize> ProjectedScene<R, N> {
     pub(super) fn new() -> Self {
         let zero = R::splat(0.0);
-        let (vertices, edges) = ([[zero; 3]; MAX_INDICES], [zero; MAX_INDICES]);
-        let (out_of_range, side_masks, candidates) = (
-            [0; MAX_INDICES],
-            [[0; 2]; MAX_INDICES],
-            [(0, 0); MAX_PRIMITIVES + 1],
-        );
         Self {
-            vertices,
-            edges,
-            out_of_range,
-            side_masks,
-            candidates,
+            vertices: boxed([zero; 3]),
+            edges: boxed(zero),
+            out_of_range: [0; MAX_INDICES],
+            side_masks: [[0; 2]; MAX_INDICES],
+            candidates: [(0, 0); MAX_PRIMITIVES + 1],
         }
     }
 
@@ -236,6 +228,12 @@ impl<R: Real, const N: usize> ProjectedScene<R, N> {
         let (side_masks, out_of_range) = (a | b | c, x & y & z);
         (side_masks & side_masks >> N) | out_of_range | out_of_range >> N
     }
+}
+
+/// Fills an array where it lies: `Box::new` would copy it from the stack.
+fn boxed<T: Clone>(value: T) -> Box<[T; MAX_INDICES]> {
+    let array = vec![value; MAX_INDICES].into_boxed_slice().try_into();
+    array.unwrap_or_else(|_| unreachable!("the slice has this length"))
 }
 
 /// Returns the index of a value in a list, to which it is added if missing.
