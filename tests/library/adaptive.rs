@@ -4,8 +4,8 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use whitefurnace::integrator::{Path, Strategy as Finds};
+use whitefurnace::render::CHUNK_SAMPLES;
 use whitefurnace::render::adaptive::{counts, pilot};
-use whitefurnace::render::{CHUNK_SAMPLES, LaneEstimator, render_lanes};
 use whitefurnace::sampling::sampler::MAX_POINTS;
 
 use crate::prelude::*;
@@ -111,10 +111,8 @@ fn counts_follow_noise() {
 #[test]
 fn pilots_are_small_and_have_numbers_of_their_own() {
     let sampling = |numbers| Sampling {
-        pixel: Random,
-        sampler: numbers,
-        seed: master(),
         silhouettes: true,
+        ..sampling(Random, numbers, master())
     };
     // The pilot has as many samples per pixel, in one scramble or in several.
     for (points, replications, expected) in [
@@ -152,10 +150,8 @@ fn pixels_have_the_samples_that_they_are_given() {
     let scene = simple::cornell().expect("a scene");
     let path = Path::new(Finds::Mis);
     let sampling = |points| Sampling {
-        pixel: Random,
-        sampler: SamplerKind::Sobol(points),
-        seed: master(),
         silhouettes: true,
+        ..sampling(Random, SamplerKind::Sobol(points), master())
     };
     let frame = [6, 4];
     for scale in [1, CHUNK_SAMPLES / 8] {
@@ -214,12 +210,7 @@ fn numbers_of_samples_that_cannot_be_are_refused() {
     let scene = simple::cornell().expect("a scene");
     let refused =
         |pixel: PixelSampling, numbers, counts: [u32; 2], range: Range<u32>, hint: &str| {
-            let sampling = Sampling {
-                pixel,
-                sampler: numbers,
-                seed: 1,
-                silhouettes: false,
-            };
+            let sampling = sampling(pixel, numbers, 1);
             let mut film =
                 Film::new([2, 1], None, sampling.samples_per_replication()).expect("a film");
             film.set_sample_counts(counts.to_vec());

@@ -160,15 +160,6 @@ fn features_that_are_none_are_refused() {
     }
 }
 
-fn sampling(pixel: PixelSampling, sampler: SamplerKind) -> Sampling {
-    Sampling {
-        pixel,
-        sampler,
-        seed: master(),
-        silhouettes: false,
-    }
-}
-
 /// Returns 1, except in one of its calls.
 struct OneBadSample {
     calls: AtomicU32,
@@ -193,7 +184,7 @@ fn one_bad_sample_ends_a_render() {
             (Jitter(3), SamplerKind::Independent),
             (Random, SamplerKind::Sobol(16)),
         ] {
-            let sampling = sampling(pixel, numbers);
+            let sampling = sampling(pixel, numbers, master());
             let samples = sampling.samples_per_replication();
             for at in [0, 7 * samples - 1] {
                 let once = OneBadSample {
@@ -316,7 +307,7 @@ fn rays(scene: &Scene, estimator: &dyn Estimator) -> Result<Film, Error> {
         scene,
         estimator,
         FRAME,
-        sampling(Random, SamplerKind::Independent),
+        sampling(Random, SamplerKind::Independent, master()),
         &[0..REPLICATIONS],
     )
 }
@@ -340,25 +331,11 @@ fn photons(scene: &Scene, parts: BadParts, lookup: Lookup) -> Result<Film, Error
     )
 }
 
-fn sppm(scene: &Scene, parts: BadParts) -> Result<Film, Error> {
-    passes(
-        scene,
-        &Sppm {
-            parts: Parts::replaced(&parts),
-            particles: 50,
-            radius: 0.5,
-        },
-    )
-}
-
 /// Renders with every estimator that traces random walks.
 fn walks(scene: &Scene, parts: BadParts) -> Vec<(&'static str, Result<Film, Error>)> {
     let replaced = Parts::replaced(&parts);
     let path = |strategy| rays(scene, &Path::new(strategy).with_parts(replaced));
-    let gather = Lookup::FinalGather {
-        caustic_particles: 200,
-        caustic_radius: 0.5,
-    };
+    let gather = final_gather(200, 0.5);
     vec![
         ("path by BSDF", path(Strategy::Bsdf)),
         ("path by light", path(Strategy::Light)),
@@ -373,7 +350,7 @@ fn walks(scene: &Scene, parts: BadParts) -> Vec<(&'static str, Result<Film, Erro
             photons(scene, parts, Lookup::DirectVisualization),
         ),
         ("photons, gathered", photons(scene, parts, gather)),
-        ("sppm", sppm(scene, parts)),
+        ("sppm", passes(scene, &sppm(replaced, 50, 0.5))),
     ]
 }
 
@@ -394,7 +371,7 @@ fn bad_parts_surface_through_every_estimator() {
             &format!("flux {value}"),
         );
         assert_surfaces(
-            sppm(&scene, parts),
+            passes(&scene, &sppm(Parts::replaced(&parts), 50, 0.5)),
             place,
             &format!("flux {value} in passes"),
         );
@@ -416,10 +393,7 @@ fn bad_parts_surface_through_every_estimator() {
 #[test]
 fn bad_parts_do_not_pass_for_a_solution() {
     let scene = simple::cornell().expect("a scene");
-    let resolution = MeshResolution {
-        patches: 40,
-        halvings: 0,
-    };
+    let resolution = resolution(40, 0);
     for parts in [BadParts::FormFactor, BadParts::Exchanged, BadParts::Leaving] {
         let solved = Radiosity::new(Parts::replaced(&parts), &scene, resolution, &|_| true);
         assert_surfaces(solved.map(|_| ()), "as the irradiance at", "radiosity");

@@ -134,12 +134,7 @@ fn image(film: &Film) -> Image {
 }
 
 fn rays(scene: &Scene, estimator: &dyn Estimator) -> Image {
-    let sampling = Sampling {
-        pixel: Jitter(2),
-        sampler: SamplerKind::Independent,
-        seed: master(),
-        silhouettes: false,
-    };
+    let sampling = sampling(Jitter(2), SamplerKind::Independent, master());
     image(&rendered(scene, estimator, FRAME, sampling, &[0..3]).expect("legal radiance"))
 }
 
@@ -163,10 +158,7 @@ pub fn physical_images(scene: &Scene) -> Vec<(&'static str, Image)> {
         PhotonMapping::new(Parts::default(), scene, lookup, 3000, 0.3, (master(), 0))
             .expect("a small map")
     };
-    let gather = Lookup::FinalGather {
-        caustic_particles: 3000,
-        caustic_radius: 0.3,
-    };
+    let gather = final_gather(3000, 0.3);
     let report = Report {
         rays: 2,
         segments: 6,
@@ -188,17 +180,7 @@ pub fn physical_images(scene: &Scene) -> Vec<(&'static str, Image)> {
         ("gather", rays(scene, &photons(gather))),
         ("light tracer", passes(scene, &LightTracer::default())),
         ("bdpt", passes(scene, &Bdpt::new(Parts::default()))),
-        (
-            "sppm",
-            passes(
-                scene,
-                &Sppm {
-                    parts: Parts::default(),
-                    particles: 3000,
-                    radius: 0.3,
-                },
-            ),
-        ),
+        ("sppm", passes(scene, &sppm(Parts::default(), 3000, 0.3))),
     ]
 }
 
@@ -206,10 +188,7 @@ pub fn physical_images(scene: &Scene) -> Vec<(&'static str, Image)> {
 fn physical(paint: Paint, lamp: Paint) -> Vec<(&'static str, Image)> {
     let mut images = physical_images(&room(paint, lamp, false, lambertian));
     let plain = &room(paint, lamp, true, lambertian);
-    let resolution = MeshResolution {
-        patches: 60,
-        halvings: 0,
-    };
+    let resolution = resolution(60, 0);
     let solved =
         Radiosity::new(Parts::default(), plain, resolution, &|_| true).expect("it settles");
     images.push(("radiosity", rays(plain, &solved)));

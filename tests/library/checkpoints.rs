@@ -11,9 +11,6 @@ use whitefurnace::integrator::{Path as Paths, Strategy};
 use whitefurnace::render::checkpoint::{
     Attributes, decode_checkpoint, read_checkpoint, write_checkpoint,
 };
-use whitefurnace::render::{
-    ImageRenderer, LaneEstimator, LaneRenderer, Precision, RayRenderer, Renderer,
-};
 
 use crate::prelude::*;
 
@@ -113,10 +110,8 @@ fn in_pieces(
 fn what_was_stopped_goes_on_to_the_same_film() {
     let scene = simple::cornell().expect("a scene");
     let sampling = |points| Sampling {
-        pixel: Random,
-        sampler: SamplerKind::Sobol(points),
-        seed: master(),
         silhouettes: true,
+        ..sampling(Random, SamplerKind::Sobol(points), master())
     };
     let path = Paths::new(Strategy::Mis);
     let renderers: [(&str, Box<dyn Renderer>); 3] = [
@@ -130,11 +125,11 @@ fn what_was_stopped_goes_on_to_the_same_film() {
         // One pixel at a time.
         (
             "lanes",
-            Box::new(LaneRenderer {
-                estimator: LaneEstimator::Path(path),
-                sampling: sampling(1 << 13),
-                precision: Precision::Double,
-            }),
+            Box::new(lanes(
+                LaneEstimator::Path(path),
+                sampling(1 << 13),
+                Precision::Double,
+            )),
         ),
         (
             "passes",

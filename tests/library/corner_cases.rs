@@ -52,10 +52,6 @@ fn shadow_rays(scene: &Scene, lights: LightSampling, count: u32) -> Vec<f64> {
 #[test]
 fn without_solid_angles_lights_are_sampled_by_area() {
     let whole = Sphere::new(DVec3::new(0.1, 0.0, 0.2), 2.0);
-    let inward = Sphere {
-        inward: true,
-        ..whole
-    };
     let zone = Sphere {
         zone: [-0.4, 0.3],
         ..Sphere::new(DVec3::new(0.2, 0.3, 1.0), 0.5)
@@ -64,7 +60,7 @@ fn without_solid_angles_lights_are_sampled_by_area() {
     let flat = |corner, edges| lit(|scene, light| scene.rectangle(corner, edges, light));
     let [x, y, z] = DVec3::AXES;
     let scenes = [
-        ("inward", ball(inward), true),
+        ("inward", ball(inward(whole)), true),
         ("zone", ball(zone), true),
         (
             "skewed",
@@ -117,10 +113,7 @@ fn without_emitters_it_is_dark() {
     let photons = |scene: &Scene, lookup| {
         PhotonMapping::new(Parts::default(), scene, lookup, 10, 0.1, (1, 0)).expect("a map")
     };
-    let gather = Lookup::FinalGather {
-        caustic_particles: 10,
-        caustic_radius: 0.1,
-    };
+    let gather = final_gather(10, 0.1);
     let none = |found: Vec<DVec3>| assert!(found.iter().all(|v| *v == DVec3::ZERO), "{found:?}");
     for scene in [&dark, &sky] {
         none(radiance(
@@ -129,15 +122,10 @@ fn without_emitters_it_is_dark() {
         ));
         none(radiance(scene, &photons(scene, gather)));
         none(radiance(scene, &Whitted::new(TransportRules::PHYSICAL)));
-        let (particles, radius, parts) = (10, 0.1, Parts::default());
         none(
-            Sppm {
-                parts,
-                particles,
-                radius,
-            }
-            .pass(scene, FRAME, 1, 0)
-            .expect("legal values"),
+            sppm(Parts::default(), 10, 0.1)
+                .pass(scene, FRAME, 1, 0)
+                .expect("legal values"),
         );
         none(
             LightTracer::default()
@@ -158,10 +146,7 @@ fn without_emitters_it_is_dark() {
     none(radiance(&dark, &Path::default()));
     none(radiance(&dark, &Report::default()));
     none(radiance(&dark, &Published::default()));
-    let resolution = MeshResolution {
-        patches: 3,
-        halvings: 0,
-    };
+    let resolution = resolution(3, 0);
     none(radiance(
         &dark,
         &Radiosity::new(Parts::default(), &dark, resolution, &|_| true).expect("a solution"),
@@ -224,32 +209,16 @@ fn photons_without_number_or_radius_are_refused() {
             map(Lookup::DirectVisualization, 10, radius),
             "radius above 0",
         );
-        let gather = Lookup::FinalGather {
-            caustic_particles: 10,
-            caustic_radius: radius,
-        };
+        let gather = final_gather(10, radius);
         assert_option_refused(map(gather, 10, 0.1), "radius above 0");
-        let (parts, particles) = (Parts::default(), 10);
         assert_option_refused(
-            Sppm {
-                parts,
-                particles,
-                radius,
-            }
-            .pass(&scene, FRAME, 1, 0),
+            sppm(Parts::default(), 10, radius).pass(&scene, FRAME, 1, 0),
             "radius above 0",
         );
     }
-    let gather = Lookup::FinalGather {
-        caustic_particles: 0,
-        caustic_radius: 0.1,
-    };
+    let gather = final_gather(0, 0.1);
     assert_option_refused(map(gather, 10, 0.1), "at least 1");
-    let sppm = Sppm {
-        parts: Parts::default(),
-        particles: 0,
-        radius: 0.1,
-    };
+    let sppm = sppm(Parts::default(), 0, 0.1);
     assert_option_refused(sppm.pass(&scene, FRAME, 1, 0), "at least 1");
 }
 

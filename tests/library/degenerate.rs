@@ -5,7 +5,6 @@ use std::fmt::Write as _;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use whitefurnace::integrator::{Path, Strategy as Finds};
-use whitefurnace::render::{LaneEstimator, render_lanes};
 use whitefurnace::scene::file::Description;
 
 use crate::prelude::*;
@@ -199,10 +198,8 @@ fn film_unless_refused(film: Result<Film, Error>, what: &str, scene: &str) -> Op
 /// Renders with every estimator.
 fn renders(scene: &Scene, text: &str, far_apart: bool) {
     let sampling = Sampling {
-        pixel: Random,
-        sampler: SamplerKind::Sobol(2),
-        seed: 1,
         silhouettes: true,
+        ..sampling(Random, SamplerKind::Sobol(2), 1)
     };
     for (strategy, specular_nee) in [
         (Finds::Mis, false),
@@ -213,25 +210,14 @@ fn renders(scene: &Scene, text: &str, far_apart: bool) {
             specular_nee,
             ..Path::new(strategy)
         };
-        let alone = Path {
-            specular_nee,
-            ..Path::new(strategy).with_parts(Parts::replaced(&ScalarParts))
-        };
+        let alone = path.with_parts(Parts::replaced(&ScalarParts));
         let one_by_one = film_unless_refused(
             rendered(scene, &alone, FRAME, sampling, &[0..1]),
             "path",
             text,
         );
-        let mut film = Film::new(FRAME, None, 2).expect("a film");
-        let lanes = render_lanes(
-            scene,
-            LaneEstimator::Path(path),
-            sampling,
-            &mut film,
-            &(0..1),
-            &|_| true,
-        );
-        let eight = film_unless_refused(lanes.map(|_| film), "lanes", text);
+        let lanes = lanes(LaneEstimator::Path(path), sampling, Precision::Double);
+        let eight = film_unless_refused(filled(&lanes, scene, FRAME, 0..1), "lanes", text);
         // Where rounding is as large as the objects, the engines may disagree on hits.
         assert!(
             far_apart || one_by_one == eight,
@@ -291,16 +277,7 @@ fn renders(scene: &Scene, text: &str, far_apart: bool) {
         text,
     );
     film_unless_refused(
-        passes(
-            scene,
-            &Sppm {
-                parts: Parts::default(),
-                particles: 20,
-                radius: 0.1,
-            },
-            FRAME,
-            &[0..1],
-        ),
+        passes(scene, &sppm(Parts::default(), 20, 0.1), FRAME, &[0..1]),
         "sppm",
         text,
     );

@@ -4,7 +4,6 @@
 use whitefurnace::harness::domain::Domain;
 use whitefurnace::integrator::{Path, Strategy};
 use whitefurnace::light::environment::{Environment, EnvironmentMap};
-use whitefurnace::render::{LaneEstimator, LaneRenderer, Precision, RayRenderer, Renderer};
 
 use crate::prelude::*;
 
@@ -144,10 +143,7 @@ fn lanes_follow_a_map() {
         scene_from(
             Camera::new(DVec3::new(0.0, -4.0, 1.0), DVec3::ZERO, DVec3::Z, 0.6),
             |s| {
-                let clay = s.surface(Surface::new(Bsdf::Lambert {
-                    albedo: DVec3::splat(0.7),
-                }));
-                s.sphere(Sphere::new(DVec3::ZERO, 1.0), clay);
+                ball(s, Sphere::new(DVec3::ZERO, 1.0), diffuse(0.7));
                 ball(s, Sphere::new(DVec3::new(1.0, -1.0, 0.0), 0.3), glass(1.5));
                 if lit {
                     ball(s, Sphere::new(DVec3::new(-1.5, 0.0, 1.5), 0.3), lamp(5.0));
@@ -156,36 +152,17 @@ fn lanes_follow_a_map() {
             },
         )
     };
-    let sampling = Sampling {
-        pixel: Random,
-        sampler: SamplerKind::Independent,
-        seed: master(),
-        silhouettes: false,
-    };
+    let sampling = sampling(Random, SamplerKind::Independent, master());
     for (lit, strategy) in [false, true].into_iter().flat_map(|lit| {
         [Strategy::Bsdf, Strategy::Light, Strategy::Mis].map(|strategy| (lit, strategy))
     }) {
         let scene = scene(lit);
-        let film = |renderer: &dyn Renderer| {
-            let mut film = Film::new([16, 12], None, 1).expect("a film");
-            renderer
-                .add(&scene, &mut film, 0..4, &|_| true)
-                .expect("legal values");
-            film
-        };
-        let estimator = LaneEstimator::Path(Path::new(strategy));
-        let rays = film(&RayRenderer {
-            estimator: Path::new(strategy).with_parts(Parts::replaced(&ScalarParts)),
-            sampling,
-        });
-        assert_eq!(
-            film(&LaneRenderer {
-                estimator,
-                sampling,
-                precision: Precision::Double
-            }),
-            rays
-        );
+        let path = Path::new(strategy);
+        let alone = path.with_parts(Parts::replaced(&ScalarParts));
+        let rays = rendered(&scene, &alone, [16, 12], sampling, &[0..4]).expect("legal values");
+        let together = lanes(LaneEstimator::Path(path), sampling, Precision::Double);
+        let together = filled(&together, &scene, [16, 12], 0..4).expect("legal values");
+        assert_eq!(together, rays);
         assert!(rays.mean() > 0.1);
     }
 }

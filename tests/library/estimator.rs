@@ -193,10 +193,7 @@ fn direct_light_of_whitted_is_f_cos_over_pdf() {
 #[test]
 fn each_strategy_finds_its_share_of_direct_light() {
     let (albedo, light) = (0.6, 5.0);
-    let within = EmitterShape::Sphere(Sphere {
-        inward: true,
-        ..Sphere::new(DVec3::ZERO, 2.0)
-    });
+    let within = EmitterShape::Sphere(inward(Sphere::new(DVec3::ZERO, 2.0)));
     let ball = EmitterShape::Sphere(Sphere::new(DVec3::new(0.3, 0.2, 1.0), 0.6));
     let flat = EmitterShape::Rectangle {
         corner: DVec3::new(-1.0, -0.7, 0.8),
@@ -300,14 +297,7 @@ fn quirks_do_what_they_say() {
                 true,
                 Surface::new(bsdf).absorbing(1.0 - survival),
             );
-            ball(
-                scene,
-                Sphere {
-                    inward: true,
-                    ..Sphere::new(DVec3::ZERO, 2.0)
-                },
-                lamp(light),
-            );
+            ball(scene, inward(Sphere::new(DVec3::ZERO, 2.0)), lamp(light));
         });
         let ray = Ray::new(DVec3::Z, -DVec3::Z);
         for (bits, i) in (0..8).flat_map(|bits| (0..50).map(move |i| (bits, i))) {

@@ -210,16 +210,7 @@ pub fn furnace(albedo: f64) -> Scene {
 
 /// The inside of a sphere of radius 1.
 pub fn within_sphere(surface: Surface) -> Scene {
-    scene(|scene| {
-        ball(
-            scene,
-            Sphere {
-                inward: true,
-                ..Sphere::new(DVec3::ZERO, 1.0)
-            },
-            surface,
-        );
-    })
+    scene(|scene| ball(scene, inward(Sphere::new(DVec3::ZERO, 1.0)), surface))
 }
 
 /// A Lambertian surface of this albedo.
@@ -263,6 +254,14 @@ pub fn square(scene: &mut SceneBuilder, half: f64, height: f64, up: bool, surfac
     );
 }
 
+/// The same sphere with its front inside.
+pub fn inward(sphere: Sphere) -> Sphere {
+    Sphere {
+        inward: true,
+        ..sphere
+    }
+}
+
 /// Adds a sphere with a surface of its own.
 pub fn ball(scene: &mut SceneBuilder, sphere: Sphere, surface: Surface) {
     let surface = scene.surface(surface);
@@ -273,6 +272,38 @@ pub fn ball(scene: &mut SceneBuilder, sphere: Sphere, surface: Surface) {
 pub fn on_threads<T: Send>(threads: usize, run: impl FnOnce() -> T + Send) -> T {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     pool.expect("a pool of threads").install(run)
+}
+
+/// Returns samples of pixels without silhouettes.
+pub fn sampling(pixel: PixelSampling, sampler: SamplerKind, seed: u64) -> Sampling {
+    Sampling {
+        pixel,
+        sampler,
+        seed,
+        silhouettes: false,
+    }
+}
+
+/// Returns a lookup by final gathering with these caustic photons.
+pub fn final_gather(caustic_particles: u32, caustic_radius: f64) -> Lookup {
+    Lookup::FinalGather {
+        caustic_particles,
+        caustic_radius,
+    }
+}
+
+/// Returns progressive photon mapping with these parts.
+pub fn sppm(parts: Parts<'_>, particles: u32, radius: f64) -> Sppm<'_> {
+    Sppm {
+        parts,
+        particles,
+        radius,
+    }
+}
+
+/// Returns the resolution of a mesh of patches.
+pub fn resolution(patches: u32, halvings: u32) -> MeshResolution {
+    MeshResolution { patches, halvings }
 }
 
 /// Renders these ranges of replications into a film of the frame.
@@ -294,6 +325,31 @@ pub fn rendered(
             &|_| true
         )?);
     }
+    Ok(film)
+}
+
+/// Renders a film of the frame in lanes.
+pub fn lanes(
+    estimator: LaneEstimator<'_>,
+    sampling: Sampling,
+    precision: Precision,
+) -> LaneRenderer<'_> {
+    LaneRenderer {
+        estimator,
+        sampling,
+        precision,
+    }
+}
+
+/// Adds these replications to a new film of the frame.
+pub fn filled(
+    renderer: &dyn Renderer,
+    scene: &Scene,
+    frame: [u32; 2],
+    range: Range<u32>,
+) -> Result<Film, Error> {
+    let mut film = Film::new(frame, None, renderer.samples_per_replication())?;
+    assert!(renderer.add(scene, &mut film, range, &|_| true)?);
     Ok(film)
 }
 

@@ -148,12 +148,7 @@ fn exr_says_where_the_camera_is_and_what_features_measure() {
         size: [2, 2],
     };
     let mut film = Film::new([6, 4], Some(window), 1).expect("a film");
-    let sampling = Sampling {
-        pixel: Centre,
-        sampler: SamplerKind::Independent,
-        seed: 1,
-        silhouettes: false,
-    };
+    let sampling = sampling(Centre, SamplerKind::Independent, 1);
     render(
         &scene,
         &whitefurnace::integrator::Path::default(),

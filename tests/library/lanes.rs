@@ -11,7 +11,6 @@ use whitefurnace::integrator::{Heuristic, Path, Sample, Strategy as Finds, Whitt
 use whitefurnace::material::Model;
 use whitefurnace::math::real::Vector;
 use whitefurnace::math::simd::{LANES, Lanes, Lanes3, SINGLES, Singles, Wide};
-use whitefurnace::render::{LaneEstimator, render_lanes};
 use whitefurnace::scene::lanes::{EightRayIntersector, PacketIntersector};
 
 use scenes::{room_of_all_materials, scenes};
@@ -94,12 +93,7 @@ fn assert_same(scene: &Scene, lanes: LaneEstimator, sampling: Sampling, empty: F
 fn images_have_the_same_bits() {
     let scenes = scenes();
     let seed = seed_for(master(), "lanes");
-    let plain = Sampling {
-        pixel: Random,
-        sampler: SamplerKind::Independent,
-        seed,
-        silhouettes: false,
-    };
+    let plain = sampling(Random, SamplerKind::Independent, seed);
     for scene in &scenes {
         for strategy in [Finds::Bsdf, Finds::Light, Finds::Mis] {
             for (lights, heuristic) in [
@@ -217,10 +211,8 @@ fn images_have_the_same_bits() {
                     scene,
                     lanes,
                     Sampling {
-                        pixel,
-                        sampler: numbers,
-                        seed,
                         silhouettes,
+                        ..sampling(pixel, numbers, seed)
                     },
                     None,
                 );
@@ -297,12 +289,7 @@ fn what_is_no_radiance_is_an_error_at_its_pixel() {
         s.sphere(Sphere::new(DVec3::ZERO, 1.0), surface);
         let camera = Camera::new(DVec3::new(0.0, -3.5, 0.0), DVec3::ZERO, DVec3::Z, 0.2);
         let scene = s.build(camera).expect("a legal scene");
-        let sampling = Sampling {
-            pixel: Jitter(4),
-            sampler: SamplerKind::Independent,
-            seed: 1,
-            silhouettes: false,
-        };
+        let sampling = sampling(Jitter(4), SamplerKind::Independent, 1);
         let path = Path::new(Finds::Mis);
         let film = || Film::new([1, 1], None, 16).expect("a legal size");
         let alone = render(&scene, &path, sampling, &mut film(), &(0..1), &|_| true)
@@ -332,12 +319,7 @@ fn rows_are_reported() {
         room_of_all_materials(),
         LaneEstimator::Path(Path::new(Finds::Mis)),
     );
-    let sampling = Sampling {
-        pixel: Random,
-        sampler: SamplerKind::Independent,
-        seed: 1,
-        silhouettes: false,
-    };
+    let sampling = sampling(Random, SamplerKind::Independent, 1);
     let mut film = Film::new([8, 6], None, 1).expect("a legal size");
     let done = |samples| samples == 8 * 3;
     assert!(matches!(

@@ -161,10 +161,7 @@ fn a_map_that_would_not_fit_memory_is_refused_before_it_is_made() {
 #[test]
 fn photons_are_looked_up_for_many_samples_as_for_one() {
     let scene = report_room();
-    let gather = Lookup::FinalGather {
-        caustic_particles: 500,
-        caustic_radius: 0.2,
-    };
+    let gather = final_gather(500, 0.2);
     for lookup in [Lookup::DirectVisualization, gather] {
         let photons =
             PhotonMapping::new(Parts::default(), &scene, lookup, 4000, 0.2, (master(), 0))
@@ -290,10 +287,7 @@ fn one_photon_is_seen_in_every_way() {
     let flux = 2.0 * PI * side * side;
     let by_photon = |radius: f64| rho * FRAC_1_PI * flux / (PI * radius * radius);
     let by_shadow_ray = rho * FRAC_1_PI * 2.0 * side * side / (1.0f64 + 0.05 * 0.05).powi(2);
-    let gather = Lookup::FinalGather {
-        caustic_particles: 1,
-        caustic_radius,
-    };
+    let gather = final_gather(1, caustic_radius);
     let seen = |scene: &Scene, parts: SinglePhoton, lookup: Lookup, ray: &Ray| {
         let parts = Parts::replaced(&parts);
         let photons = PhotonMapping::new(parts, scene, lookup, 1, radius, (1, 0)).expect("a map");
@@ -346,11 +340,7 @@ fn one_photon_is_seen_in_every_way() {
     );
     let scene = plain.with_camera(camera).expect("a scene");
     for index in 0..3 {
-        let sppm = Sppm {
-            parts: Parts::replaced(&SinglePhoton(false)),
-            particles: 1,
-            radius,
-        };
+        let sppm = sppm(Parts::replaced(&SinglePhoton(false)), 1, radius);
         let found = sppm.pass(&scene, [1, 1], 1, index).expect("a pass")[0];
         let known = by_photon(radius_squared(radius * radius, index).sqrt());
         assert_relative_eq!(found.x, known, max_relative = 1e-9);

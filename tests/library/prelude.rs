@@ -23,7 +23,10 @@ pub use whitefurnace::light::emitter::{Emitter, EmitterShape, LightSampling};
 pub use whitefurnace::material::{Bsdf, OrenNayar, OrenNayarForm, Scattering, lambert};
 pub use whitefurnace::math::frame::{Frame, from_spherical, to_spherical};
 pub use whitefurnace::math::moments::{ExactMoments, FIXED_POINT_UNIT, Moments};
-pub use whitefurnace::render::{render, render_passes};
+pub use whitefurnace::render::{
+    ImageRenderer, LaneEstimator, LaneRenderer, Precision, RayRenderer, Renderer, render,
+    render_lanes, render_passes,
+};
 pub use whitefurnace::sampling::Sampling;
 pub use whitefurnace::sampling::pixel::PixelSampling;
 pub use whitefurnace::sampling::pixel::PixelSampling::{Centre, Grid, Jitter, Random};

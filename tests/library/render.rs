@@ -4,9 +4,6 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use whitefurnace::integrator::Path;
-use whitefurnace::render::{
-    ImageRenderer, LaneEstimator, LaneRenderer, Precision, RayRenderer, Renderer,
-};
 
 use crate::prelude::*;
 
@@ -16,13 +13,8 @@ fn path() -> Path<'static> {
     Path::default()
 }
 
-fn sampling(pixel: PixelSampling) -> Sampling {
-    Sampling {
-        pixel,
-        sampler: SamplerKind::Independent,
-        seed: master(),
-        silhouettes: false,
-    }
+fn independent(pixel: PixelSampling) -> Sampling {
+    sampling(pixel, SamplerKind::Independent, master())
 }
 
 fn film(pixel: PixelSampling, window: Option<Window>) -> Film {
@@ -31,11 +23,11 @@ fn film(pixel: PixelSampling, window: Option<Window>) -> Film {
 
 /// Renders the given ranges of replications into a film.
 fn divided(scene: &Scene, estimator: &dyn Estimator, ranges: &[Range<u32>]) -> Film {
-    rendered(scene, estimator, FRAME, sampling(Random), ranges).expect("legal radiance")
+    rendered(scene, estimator, FRAME, independent(Random), ranges).expect("legal radiance")
 }
 
 fn whole(scene: &Scene, estimator: &dyn Estimator, pixel: PixelSampling) -> Film {
-    rendered(scene, estimator, FRAME, sampling(pixel), &[0..4]).expect("legal radiance")
+    rendered(scene, estimator, FRAME, independent(pixel), &[0..4]).expect("legal radiance")
 }
 
 #[test]
@@ -58,10 +50,7 @@ fn divided_ranges_are_one_run() {
         }
         assert!(sum == once, "merged as {order:?}");
     }
-    let other = Sampling {
-        seed: master() ^ 1,
-        ..sampling(Random)
-    };
+    let other = sampling(Random, SamplerKind::Independent, master() ^ 1);
     assert!(
         rendered(&scene, &path(), FRAME, other, &[0..7]).expect("legal radiance") != once,
         "seeds matter"
@@ -79,7 +68,7 @@ fn windows_are_crops() {
             let done = render(
                 &scene,
                 &path(),
-                sampling(pixel),
+                independent(pixel),
                 &mut crop,
                 &(0..4),
                 &|_| true,
@@ -122,10 +111,7 @@ fn pixels_are_where_they_belong() {
         .iter()
         .flat_map(|&numbers| places.map(|pixel| (numbers, pixel)))
     {
-        let sampling = Sampling {
-            sampler: numbers,
-            ..sampling(pixel)
-        };
+        let sampling = sampling(pixel, numbers, master());
         let film = rendered(&scene, &Slopes, FRAME, sampling, &[0..4]).expect("legal radiance");
         for (x, y) in [(0, 0), (23, 0), (5, 11), (23, 17)] {
             let mean = film.pixel(x, y).mean();
@@ -164,11 +150,7 @@ fn passes_see_a_lamp_in_its_pixel() {
     let scene = scene_from(camera, |scene| {
         panel(scene, corner, [below - corner, right - corner], lamp(2.0));
     });
-    let sppm = Sppm {
-        parts: Parts::default(),
-        particles: 1,
-        radius: 0.1,
-    };
+    let sppm = sppm(Parts::default(), 1, 0.1);
     let tracer = LightTracer::default();
     let images = |index| {
         let bdpt = Bdpt::new(Parts::default()).pass(&scene, FRAME, master(), index);
@@ -254,10 +236,7 @@ fn features_are_the_same_for_every_estimator() {
     let lookup = Lookup::DirectVisualization;
     let photons = PhotonMapping::new(Parts::default(), &scene, lookup, 100, 0.3, (1, 0))
         .expect("a small map");
-    let resolution = MeshResolution {
-        patches: 40,
-        halvings: 0,
-    };
+    let resolution = resolution(40, 0);
     let solved =
         Radiosity::new(Parts::default(), &scene, resolution, &|_| true).expect("it settles");
     for (pixel, mis) in ways.into_iter().zip(&mis) {
@@ -276,11 +255,7 @@ fn features_are_the_same_for_every_estimator() {
     }
     // Whole images at random points, with as many passes as there were replications.
     let images = |ranges: &[Range<u32>]| {
-        let sppm = Sppm {
-            parts: Parts::default(),
-            particles: 100,
-            radius: 0.3,
-        };
+        let sppm = sppm(Parts::default(), 100, 0.3);
         [
             (
                 "light tracer",
@@ -309,20 +284,20 @@ fn renderers_fill_films_as_the_functions_do() {
     let tracer = LightTracer::default();
     let by_rays = RayRenderer {
         estimator: path(),
-        sampling: sampling(Jitter(2)),
+        sampling: independent(Jitter(2)),
     };
-    let by_lanes = LaneRenderer {
-        estimator: LaneEstimator::Path(path()),
-        sampling: sampling(Jitter(2)),
-        precision: Precision::Double,
-    };
+    let by_lanes = lanes(
+        LaneEstimator::Path(path()),
+        independent(Jitter(2)),
+        Precision::Double,
+    );
     let by_passes = ImageRenderer {
         estimator: tracer,
         sampler: SamplerKind::Independent,
         seed: master(),
     };
     let rays =
-        rendered(&scene, &path(), FRAME, sampling(Jitter(2)), &[2..6]).expect("legal radiance");
+        rendered(&scene, &path(), FRAME, independent(Jitter(2)), &[2..6]).expect("legal radiance");
     let images = passes(&scene, &tracer, FRAME, &[2..6]).expect("legal radiance");
     let lanes = rays.clone();
     for (renderer, samples, expected) in [
@@ -353,7 +328,7 @@ fn a_run_can_be_stopped_after_a_part() {
         render(
             &report_room(),
             &path(),
-            sampling(Random),
+            independent(Random),
             &mut target,
             &(0..1),
             &|_| false,

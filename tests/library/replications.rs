@@ -30,14 +30,7 @@ fn samplings() -> Vec<Sampling> {
         SamplerKind::Sobol(1),
         SamplerKind::Sobol(8),
     ];
-    let with = |pixel: PixelSampling| {
-        numbers.map(|numbers| Sampling {
-            pixel,
-            sampler: numbers,
-            seed: master(),
-            silhouettes: false,
-        })
-    };
+    let with = |pixel: PixelSampling| numbers.map(|numbers| sampling(pixel, numbers, master()));
     positions.into_iter().flat_map(with).collect()
 }
 
@@ -192,11 +185,7 @@ fn every_pass_draws_its_own_numbers() {
     check("light tracer", |parts| Box::new(LightTracer { parts }));
     check("bdpt", |parts| Box::new(Bdpt::new(parts)));
     check("sppm", |parts| {
-        Box::new(Sppm {
-            parts,
-            particles: FRAME[0] * FRAME[1],
-            radius: 0.3,
-        })
+        Box::new(sppm(parts, FRAME[0] * FRAME[1], 0.3))
     });
 }
 
@@ -204,10 +193,7 @@ fn every_pass_draws_its_own_numbers() {
 fn every_map_of_photons_draws_its_own_numbers() {
     let seen = Mutex::default();
     let scene = furnace(0.5);
-    let lookup = Lookup::FinalGather {
-        caustic_particles: 40,
-        caustic_radius: 0.1,
-    };
+    let lookup = final_gather(40, 0.1);
     // Programs identify replications by seed, passes by number.
     for (seed, pass) in [(1_u32, 0), (1, 1), (2, 0), (3, 7)] {
         let name = (seed_for(master(), &seed.to_string()), pass);
@@ -224,12 +210,7 @@ fn every_map_of_photons_draws_its_own_numbers() {
 #[test]
 fn more_samples_than_can_be_named_are_refused() {
     let refused = |pixel, numbers, range: std::ops::Range<u32>, hint| {
-        let sampling = Sampling {
-            pixel,
-            sampler: numbers,
-            seed: 1,
-            silhouettes: false,
-        };
+        let sampling = sampling(pixel, numbers, 1);
         let found = rendered(&open(), &Path::default(), [1, 1], sampling, &[range]);
         assert_option_refused(found, hint);
     };
@@ -258,12 +239,7 @@ fn more_samples_than_can_be_named_are_refused() {
     );
     refused(Jitter(1 << 17), SamplerKind::Sobol(1 << 17), 0..1, "points");
     // The longest sequence itself is accepted, in a film that has its length.
-    let sampling = Sampling {
-        pixel: Random,
-        sampler: SamplerKind::Sobol(MAX_POINTS),
-        seed: 1,
-        silhouettes: false,
-    };
+    let sampling = sampling(Random, SamplerKind::Sobol(MAX_POINTS), 1);
     let recorder = Recorder::default();
     assert!(rendered(&open(), &recorder, [1, 1], sampling, &[0..1]).is_ok());
     let mut other = Film::new([1, 1], None, 1).expect("a film");
@@ -293,11 +269,7 @@ fn edge() -> Scene {
 /// show one side with probability 1e-18.
 #[test]
 fn every_pass_of_photons_looks_through_a_point_of_its_own() {
-    let sppm = Sppm {
-        parts: Parts::default(),
-        particles: 1,
-        radius: 0.1,
-    };
+    let sppm = sppm(Parts::default(), 1, 0.1);
     let pass = |index| {
         sppm.pass(&edge(), [1, 1], master(), index)
             .expect("an image")

@@ -299,10 +299,7 @@ fn every_vertex_has_a_block_of_its_own() {
 #[test]
 fn final_gathering_takes_the_next_block() {
     let scene = furnace(0.5);
-    let lookup = Lookup::FinalGather {
-        caustic_particles: 1,
-        caustic_radius: 0.1,
-    };
+    let lookup = final_gather(1, 0.1);
     let photons = PhotonMapping::new(
         Parts::replaced(&EndOnlyIfFaint),
         &scene,

@@ -145,13 +145,7 @@ fn emitter_points_lie_on_the_emitter() {
         1.0 / (50.0 * PI),
         max_relative = 4.0 * UNIT_ROUNDOFF
     );
-    let inward = Emitter::new(
-        EmitterShape::Sphere(Sphere {
-            inward: true,
-            ..sphere
-        }),
-        DVec3::ONE,
-    );
+    let inward = Emitter::new(EmitterShape::Sphere(inward(sphere)), DVec3::ONE);
     assert_eq!(
         inward.sample([0.6, 0.0]).normal,
         -cap.sample([0.6, 0.0]).normal

@@ -8,7 +8,6 @@ use whitefurnace::render::silhouette::{
     MAX_MIRRORS, POINTS_PER_SAMPLE, PrimaryRay, mirrored_silhouette_pixels, points,
     silhouette_pixels, with_supersampled_emission,
 };
-use whitefurnace::render::{LaneEstimator, LaneRenderer, Precision, Renderer as _};
 
 use crate::prelude::*;
 
@@ -104,10 +103,7 @@ fn pixels_that_silhouettes_cross_are_marked() {
     ] {
         assert_marked(name, &lights(&[shape]));
     }
-    let around = [EmitterShape::Sphere(Sphere {
-        inward: true,
-        ..Sphere::new(DVec3::ZERO, 3.0)
-    })];
+    let around = [EmitterShape::Sphere(inward(Sphere::new(DVec3::ZERO, 3.0)))];
     assert!(!silhouette_pixels(&lights(&around), FRAME).contains(&true));
     let behind = [rectangle(
         at(-1.0, -2.0, -1.0),
@@ -156,14 +152,11 @@ fn lights_in_mirrors_have_silhouettes_and_no_noise() {
     };
     let marked = mirrored_silhouette_pixels(&scene, frame);
     let sampling = Sampling {
-        pixel: Random,
-        sampler: SamplerKind::Independent,
-        seed: master(),
         silhouettes: true,
+        ..sampling(Random, SamplerKind::Independent, master())
     };
-    let mut film = Film::new(frame, None, 1).expect("a legal size");
     let path = Path::new(Finds::Mis);
-    render(&scene, &path, sampling, &mut film, &(0..16), &|_| true).expect("legal values");
+    let film = rendered(&scene, &path, frame, sampling, &[0..16]).expect("legal values");
     for (here, (&marked, pixel)) in marked.iter().zip(film.pixels()).enumerate() {
         let [x, y] = [here as u32 % frame[0], here as u32 / frame[0]].map(f64::from);
         let corners =
@@ -203,8 +196,7 @@ fn lights_in_mirrors_have_silhouettes_and_no_noise() {
         rules: TransportRules::PHYSICAL,
         ..Report::default()
     };
-    let mut film = Film::new(frame, None, 1).expect("a legal size");
-    render(&scene, &report, sampling, &mut film, &(0..1), &|_| true).expect("legal values");
+    let film = rendered(&scene, &report, frame, sampling, &[0..1]).expect("legal values");
     assert_eq!(film.mean(), 0.0);
     // Nor does one with a bounce limit.
     for (bounces, sees) in [(0, false), (1, true)] {
@@ -212,22 +204,12 @@ fn lights_in_mirrors_have_silhouettes_and_no_noise() {
             bounces: Some(bounces),
             ..path
         };
-        let film = || Film::new(frame, None, 1).expect("a legal size");
-        let (mut alone, mut together) = (film(), film());
-        render(&scene, &path, sampling, &mut alone, &(0..1), &|_| true).expect("legal values");
-        let lanes = LaneRenderer {
-            estimator: LaneEstimator::Path(path),
-            sampling,
-            precision: Precision::Double,
-        };
-        lanes
-            .add(&scene, &mut together, 0..1, &|_| true)
-            .expect("legal values");
-        assert_eq!(
-            [alone.mean() > 0.0, together.mean() > 0.0],
-            [sees; 2],
-            "{bounces} bounces"
-        );
+        let alone = rendered(&scene, &path, frame, sampling, &[0..1]);
+        let lanes = lanes(LaneEstimator::Path(path), sampling, Precision::Double);
+        for film in [alone, filled(&lanes, &scene, frame, 0..1)] {
+            let found = film.expect("legal values").mean() > 0.0;
+            assert_eq!(found, sees, "{bounces} bounces");
+        }
     }
 }
 
@@ -418,23 +400,11 @@ fn films_take_the_points() {
     let frame = FRAME.map(|n| 4 * n);
     let path = Path::new(Finds::Mis);
     let sampling = |silhouettes| Sampling {
-        pixel: Jitter(2),
-        sampler: SamplerKind::Independent,
-        seed: master(),
         silhouettes,
+        ..sampling(Jitter(2), SamplerKind::Independent, master())
     };
     let film = |silhouettes| {
-        let mut film = Film::new(frame, None, 4).expect("a legal size");
-        render(
-            &scene,
-            &path,
-            sampling(silhouettes),
-            &mut film,
-            &(0..16),
-            &|_| true,
-        )
-        .expect("legal values");
-        film
+        rendered(&scene, &path, frame, sampling(silhouettes), &[0..16]).expect("legal values")
     };
     let (with, without) = (film(true), film(false));
     let marked = silhouette_pixels(&scene, frame);
@@ -479,9 +449,7 @@ fn films_take_the_points() {
             pixel,
             ..sampling(true)
         };
-        let mut film =
-            Film::new(frame, None, sampling.samples_per_replication()).expect("a legal size");
-        let refused = render(&scene, &path, sampling, &mut film, &(0..1), &|_| true);
+        let refused = rendered(&scene, &path, frame, sampling, &[0..1]);
         assert!(matches!(refused, Err(Error::Option(_))), "{refused:?}");
     }
 }

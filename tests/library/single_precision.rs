@@ -13,38 +13,22 @@ use whitefurnace::integrator::{Heuristic, Path, Strategy as Finds};
 use whitefurnace::light::environment::Environment;
 use whitefurnace::math::real::{Mask, Vector};
 use whitefurnace::math::simd::{Lanes3, SINGLES, Singles};
-use whitefurnace::render::{
-    LaneEstimator, LaneRenderer, Precision, Renderer, check_single_precision, render_lanes,
-};
+use whitefurnace::render::check_single_precision;
 use whitefurnace::scene::file::Description;
 
 use crate::lanes::scenes::scenes;
 use crate::prelude::*;
 
 fn singles(estimator: LaneEstimator, sampling: Sampling) -> LaneRenderer {
-    LaneRenderer {
-        estimator,
-        sampling,
-        precision: Precision::Single,
-    }
+    lanes(estimator, sampling, Precision::Single)
 }
 
 fn by(sampling: Sampling, scene: &Scene, estimator: LaneEstimator, frame: [u32; 2]) -> Film {
-    let mut film =
-        Film::new(frame, None, sampling.samples_per_replication()).expect("a legal size");
-    singles(estimator, sampling)
-        .add(scene, &mut film, 0..1, &|_| true)
-        .expect("legal values");
-    film
+    filled(&singles(estimator, sampling), scene, frame, 0..1).expect("legal values")
 }
 
 fn plain(seed: u64) -> Sampling {
-    Sampling {
-        pixel: Random,
-        sampler: SamplerKind::Independent,
-        seed,
-        silhouettes: false,
-    }
+    sampling(Random, SamplerKind::Independent, seed)
 }
 
 /// Returns a path tracer without shadow rays that exempts this many first hits from roulette.
@@ -128,10 +112,7 @@ fn no_path_leaves_closed_scenes_in_single_precision() {
         rules: TransportRules::PHYSICAL,
         ..Report::default()
     });
-    let inside = Sphere {
-        inward: true,
-        ..Sphere::new(DVec3::ZERO, 1.0)
-    };
+    let inside = inward(Sphere::new(DVec3::ZERO, 1.0));
     let mut rooms: Vec<Scene> = closed()
         .into_iter()
         .map(|(mesh, _)| sealed(&mesh))
@@ -286,14 +267,12 @@ fn images_differ_by_rounding() {
                 let silhouettes = silhouettes
                     && !matches!(estimator, LaneEstimator::Report(report) if report.rules == TransportRules::REPORT);
                 let sampling = Sampling {
-                    sampler: numbers,
                     silhouettes,
-                    ..plain(seed)
+                    ..sampling(Random, numbers, seed)
                 };
                 let single = by(sampling, scene, estimator, FRAME);
-                let mut double = Film::new(FRAME, None, 1).expect("a legal size");
-                render_lanes(scene, estimator, sampling, &mut double, &(0..1), &|_| true)
-                    .expect("legal values");
+                let double = lanes(estimator, sampling, Precision::Double);
+                let double = filled(&double, scene, FRAME, 0..1).expect("legal values");
                 let specular_nee =
                     matches!(estimator, LaneEstimator::Path(path) if path.specular_nee);
                 for (apart, share) in if specular_nee {
@@ -335,11 +314,7 @@ fn neither_threads_nor_ranges_nor_windows_change_bytes_in_single_precision() {
                 (Random, SamplerKind::Sobol(3)),
                 (Jitter(2), SamplerKind::Independent),
             ] {
-                let sampling = Sampling {
-                    pixel,
-                    sampler: numbers,
-                    ..plain(seed)
-                };
+                let sampling = sampling(pixel, numbers, seed);
                 let film = |window, ranges: &[Range<u32>]| {
                     let mut film = Film::new([23, 17], window, sampling.samples_per_replication())
                         .expect("a size");

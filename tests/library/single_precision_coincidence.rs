@@ -2,11 +2,7 @@
 //! accepted look as in double precision in each estimator, and scenes that are refused would not.
 
 use whitefurnace::integrator::{Path, Strategy as Finds};
-use whitefurnace::render::{
-    LaneEstimator, LaneRenderer, Precision, Renderer as _, check_single_precision,
-};
-use whitefurnace::sampling::Sampling;
-use whitefurnace::sampling::sampler::SamplerKind;
+use whitefurnace::render::check_single_precision;
 use whitefurnace::scene::SINGLE_COINCIDENCE_TOLERANCE;
 
 use crate::prelude::*;
@@ -31,22 +27,15 @@ fn estimators() -> [LaneEstimator<'static>; 4] {
 
 /// Renders an image and returns its mean radiance.
 fn mean(scene: &Scene, estimator: LaneEstimator, precision: Precision) -> f64 {
-    let mut film = Film::new([16, 12], None, 1).expect("a legal size");
     let seed = seed_for(5, "near in singles");
-    let sampling = Sampling {
-        pixel: Random,
-        sampler: SamplerKind::Independent,
-        seed,
-        silhouettes: false,
-    };
-    LaneRenderer {
-        estimator,
-        sampling,
-        precision,
-    }
-    .add(scene, &mut film, 0..16, &|_| true)
-    .expect("legal values");
-    film.mean()
+    let sampling = sampling(Random, SamplerKind::Independent, seed);
+    let film = filled(
+        &lanes(estimator, sampling, precision),
+        scene,
+        [16, 12],
+        0..16,
+    );
+    film.expect("legal values").mean()
 }
 
 /// A patch under two parallel sheets at this distance, added in either order.

@@ -5,9 +5,6 @@ use std::ops::Range;
 use whitefurnace::harness::images::{Rules, Side, compare};
 use whitefurnace::harness::outcome::Verdict;
 use whitefurnace::integrator::{Path, Strategy as Finds};
-use whitefurnace::render::{
-    ImageRenderer, LaneEstimator, LaneRenderer, Precision, RayRenderer, Renderer,
-};
 use whitefurnace::sampling::sampler::MAX_POINTS;
 
 use crate::prelude::*;
@@ -27,15 +24,6 @@ const FRAMES: [[u32; 2]; 12] = [
     [3, 86],
     [129, 2],
 ];
-
-fn sampling(sampler: SamplerKind) -> Sampling {
-    Sampling {
-        pixel: Random,
-        sampler,
-        seed: master(),
-        silhouettes: false,
-    }
-}
 
 fn add(scene: &Scene, by: &dyn Renderer, film: &mut Film, range: Range<u32>) {
     assert!(by.add(scene, film, range, &|_| true).expect("legal values"));
@@ -63,12 +51,8 @@ fn every_shape_is_its_pixels() {
     let path = Path::new(Finds::Mis);
     for frame in FRAMES {
         for numbers in [SamplerKind::Independent, SamplerKind::Sobol(3)] {
-            let sampling = sampling(numbers);
-            let lanes = LaneRenderer {
-                estimator: LaneEstimator::Path(path),
-                sampling,
-                precision: Precision::Double,
-            };
+            let sampling = sampling(Random, numbers, master());
+            let lanes = lanes(LaneEstimator::Path(path), sampling, Precision::Double);
             let alone = RayRenderer {
                 estimator: Path::new(Finds::Mis).with_parts(Parts::replaced(&ScalarParts)),
                 sampling,
@@ -133,19 +117,10 @@ fn particles_reach_their_pixels_in_every_shape() {
         ball(s, Sphere::new(DVec3::new(0.3, 1.0, 0.35), 0.08), lamp(2.0));
     });
     for frame in FRAMES {
-        let tracer = LightTracer {
-            parts: Parts::default(),
-        };
+        let tracer = LightTracer::default();
         let passes = |threads| {
             on_threads(threads, || {
-                let mut film = Film::new(frame, None, 1).expect("a legal size");
-                let by = ImageRenderer {
-                    estimator: tracer,
-                    sampler: SamplerKind::Independent,
-                    seed: master(),
-                };
-                add(&scene, &by, &mut film, 0..16);
-                film
+                passes(&scene, &tracer, frame, &[0..16]).expect("legal values")
             })
         };
         let film = passes(1);
@@ -184,12 +159,8 @@ fn many_samples_are_the_sum_of_their_parts() {
         (SamplerKind::Independent, (1 << 16) + 3),
         (SamplerKind::Sobol(MAX_POINTS), 2),
     ] {
-        let sampling = sampling(numbers);
-        let by = LaneRenderer {
-            estimator: LaneEstimator::Path(path),
-            sampling,
-            precision: Precision::Double,
-        };
+        let sampling = sampling(Random, numbers, master());
+        let by = lanes(LaneEstimator::Path(path), sampling, Precision::Double);
         let film = |ranges: &[Range<u32>]| {
             let mut film = Film::new([2, 1], None, numbers.samples()).expect("a legal size");
             ranges

@@ -265,16 +265,7 @@ fn what_cannot_be_sampled_says_so() {
         assert_eq!(ball.pdf_solid_angle(inside), None);
         assert_eq!(ball.sample_solid_angle(inside, [0.3, 0.7]), None);
     }
-    assert!(
-        !cap(
-            2.0 * DVec3::Z,
-            Sphere {
-                inward: true,
-                ..whole
-            }
-        ),
-        "inward"
-    );
+    assert!(!cap(2.0 * DVec3::Z, inward(whole)), "inward");
     assert!(
         !cap(
             2.0 * DVec3::Z,

@@ -3,7 +3,6 @@
 
 use whitefurnace::geometry::specular_connection::{Caster, CasterKind, geometry_term};
 use whitefurnace::integrator::{Path, Strategy as Finds};
-use whitefurnace::render::{LaneEstimator, render_lanes};
 use whitefurnace::scene::specular_casters::MAX_CASTERS;
 
 use crate::lanes::scenes::specular_casters;
@@ -108,27 +107,16 @@ fn on_patch(bounces: Option<u32>, parts: &[&dyn Fn(&mut SceneBuilder)]) -> f64 {
         square(s, 0.02, 0.0, true, diffuse(0.5));
         parts.iter().for_each(|add| add(s));
     });
-    let sampling = Sampling {
-        pixel: Random,
-        sampler: SamplerKind::Independent,
-        seed: master(),
-        silhouettes: false,
-    };
+    let sampling = sampling(Random, SamplerKind::Independent, master());
     let path = Path {
         specular_nee: true,
         bounces,
         ..Path::new(Finds::Mis)
     };
-    let one_by_one = Path {
-        specular_nee: true,
-        bounces,
-        ..Path::new(Finds::Mis).with_parts(Parts::replaced(&ScalarParts))
-    };
+    let one_by_one = path.with_parts(Parts::replaced(&ScalarParts));
     let alone = rendered(&scene, &one_by_one, [16, 16], sampling, &[0..40]).expect("legal values");
-    let mut together = Film::new([16, 16], None, 1).expect("a film");
-    let lanes = LaneEstimator::Path(path);
-    render_lanes(&scene, lanes, sampling, &mut together, &(0..40), &|_| true)
-        .expect("legal values");
+    let lanes = lanes(LaneEstimator::Path(path), sampling, Precision::Double);
+    let together = filled(&lanes, &scene, [16, 16], 0..40).expect("legal values");
     assert!(alone == together);
     alone.mean()
 }
@@ -286,16 +274,7 @@ fn casters_are_whole_spheres_and_flat_mirrors() {
     // A bubble, a ball of air, a shell seen from within, and a part of a ball.
     assert_eq!(ball(0.7, whole), []);
     assert_eq!(ball(1.0, whole), []);
-    assert_eq!(
-        ball(
-            1.5,
-            Sphere {
-                inward: true,
-                ..whole
-            }
-        ),
-        []
-    );
+    assert_eq!(ball(1.5, inward(whole)), []);
     assert_eq!(
         ball(
             1.5,

@@ -197,14 +197,7 @@ fn sphere_normals_are_unit_and_on_their_side() {
         |(c, n, size): (_, _, f64)| {
             let r = 10f64.powf(size);
             let outward = Sphere::new(c, r).normal(c + r * n);
-            assert_eq!(
-                Sphere {
-                    inward: true,
-                    ..Sphere::new(c, r)
-                }
-                .normal(c + r * n),
-                -outward
-            );
+            assert_eq!(inward(Sphere::new(c, r)).normal(c + r * n), -outward);
             assert_abs_diff_eq!(outward.length(), 1.0, epsilon = 6.0 * UNIT_ROUNDOFF);
             // The point is rounded relative to its coordinates, the normal relative to the radius.
             assert!(

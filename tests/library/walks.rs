@@ -26,15 +26,7 @@ fn made(parts: Parts<'_>, scene: &Scene, pass: ImagePass) -> Vec<(String, Vec<DV
         ),
         image("bdpt", Bdpt::new(parts).image(scene, FRAME, pass)),
         image("bdpt by ends", ends.image(scene, FRAME, pass)),
-        image(
-            "sppm",
-            Sppm {
-                parts,
-                particles: 700,
-                radius: 0.3,
-            }
-            .image(scene, FRAME, pass),
-        ),
+        image("sppm", sppm(parts, 700, 0.3).image(scene, FRAME, pass)),
     ];
     // More than a pilot has, and than a thread takes at once.
     for kept in [PhotonMapKind::All, PhotonMapKind::Caustic] {
@@ -132,16 +124,9 @@ fn bidirectional_images_are_those_of_each_pixel_alone() {
 #[test]
 fn features_have_the_same_bits() {
     for scene in scenes().into_iter().chain([rough_glass_ball()]) {
-        let tracer = LightTracer {
-            parts: Parts::default(),
-        };
+        let tracer = LightTracer::default();
         let together = passes(&scene, &tracer, FRAME, &[0..1, 1..3]).expect("legal values");
-        let sampling = Sampling {
-            pixel: Random,
-            sampler: SamplerKind::Independent,
-            seed: master(),
-            silhouettes: false,
-        };
+        let sampling = sampling(Random, SamplerKind::Independent, master());
         let whitted = Whitted::new(TransportRules::PHYSICAL);
         let alone = rendered(&scene, &whitted, FRAME, sampling, &[0..3]).expect("legal values");
         for (together, alone) in together.pixels().iter().zip(alone.pixels()) {

@@ -51,9 +51,7 @@ pub(super) fn supports_particles(row: &Row) -> bool {
 
 #[test]
 fn light_tracing_is_right_where_any_two_features_meet() {
-    let tracer = LightTracer {
-        parts: Parts::default(),
-    };
+    let tracer = LightTracer::default();
     assert_right(
         "light tracer",
         &SCENE,

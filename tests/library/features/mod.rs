@@ -32,7 +32,6 @@ use std::sync::LazyLock;
 
 use rayon::prelude::*;
 use whitefurnace::integrator::{Connections, Heuristic, Path, Strategy as Finds};
-use whitefurnace::render::{LaneEstimator, LaneRenderer, Precision, RayRenderer, Renderer};
 use whitefurnace::sampling::roulette::RR_DEPTH;
 
 use reference_path_tracer::{Light, ReferencePathTracer};
@@ -150,10 +149,8 @@ fn sampling_of(row: &Row, seed: u64) -> Sampling {
         SamplerKind::Independent
     };
     Sampling {
-        pixel,
-        sampler: numbers,
-        seed,
         silhouettes: row.is("pixel", "outlines"),
+        ..sampling(pixel, numbers, seed)
     }
 }
 
@@ -163,21 +160,13 @@ fn film(scene: &Scene, renderer: &impl Renderer, samples: u32) -> Film {
 }
 
 fn film_of(size: [u32; 2], scene: &Scene, renderer: &impl Renderer, samples: u32) -> Film {
-    let own = renderer.samples_per_replication();
-    let mut film = Film::new(size, None, own).expect("a legal size");
-    renderer
-        .add(scene, &mut film, 0..samples.div_ceil(own), &|_| true)
-        .expect("legal values");
-    film
+    let replications = samples.div_ceil(renderer.samples_per_replication());
+    filled(renderer, scene, size, 0..replications).expect("legal values")
 }
 
 fn by_path(row: &Row, parts: Parts<'_>, scene: &Scene, seed: u64) -> Film {
     let (path, sampling) = (path_of(row).with_parts(parts), sampling_of(row, seed));
-    let lanes = |precision| LaneRenderer {
-        estimator: LaneEstimator::Path(path),
-        sampling,
-        precision,
-    };
+    let lanes = |precision| lanes(LaneEstimator::Path(path), sampling, precision);
     // Shadow rays alone are noisy where surfaces emit.
     let count = samples() * if row.is("finds", "light") { 4 } else { 1 };
     match row.get("engine") {
@@ -423,12 +412,7 @@ fn by_area(row: &Row) -> bool {
 }
 
 fn rays_of(estimator: impl Estimator, scene: &Scene, seed: u64) -> Measured {
-    let sampling = Sampling {
-        pixel: Random,
-        sampler: SamplerKind::Independent,
-        seed,
-        silhouettes: false,
-    };
+    let sampling = sampling(Random, SamplerKind::Independent, seed);
     by_pixel(&film(
         scene,
         &RayRenderer {

@@ -30,12 +30,11 @@ fn by_maps(parts: Parts<'_>, scene: &Scene, lookup: Lookup, seed: u64) -> Measur
         let estimator = PhotonMapping::new(parts, scene, lookup, PARTICLES, RADIUS, (seed, index));
         let renderer = RayRenderer {
             estimator: estimator.expect("a map"),
-            sampling: Sampling {
-                pixel: Random,
-                sampler: SamplerKind::Independent,
-                seed: seed_for(seed, &format!("eye {index}")),
-                silhouettes: false,
-            },
+            sampling: sampling(
+                Random,
+                SamplerKind::Independent,
+                seed_for(seed, &format!("eye {index}")),
+            ),
         };
         by_pixel(&film(scene, &renderer, 1)).mean
     };
@@ -49,19 +48,12 @@ fn photons_are_right_where_any_two_features_meet() {
         factors(&[LOOKUPS]),
         supports_photons,
         |row, scene, seed| {
-            let gather = Lookup::FinalGather {
-                caustic_particles: PARTICLES,
-                caustic_radius: RADIUS,
-            };
+            let gather = final_gather(PARTICLES, RADIUS);
             let measured = match row.get("lookup") {
                 "direct" => by_maps(Parts::default(), scene, Lookup::DirectVisualization, seed),
                 "gather" => by_maps(Parts::default(), scene, gather, seed),
                 _ => {
-                    let sppm = Sppm {
-                        parts: Parts::default(),
-                        particles: PARTICLES,
-                        radius: 2.0 * RADIUS,
-                    };
+                    let sppm = sppm(Parts::default(), PARTICLES, 2.0 * RADIUS);
                     Measured {
                         bias: MARGIN,
                         ..passes_of(&sppm, scene, seed)
@@ -123,14 +115,8 @@ fn particles_know_nothing_of_the_background() {
     {
         let scenes = [row.clone(), row.with("background", "dark")].map(|row| scene_of(&row));
         let [lit, dark] = scenes.each_ref().map(|scene| {
-            let tracer = LightTracer {
-                parts: Parts::default(),
-            };
-            let sppm = Sppm {
-                parts: Parts::default(),
-                particles: 300,
-                radius: 0.3,
-            };
+            let tracer = LightTracer::default();
+            let sppm = sppm(Parts::default(), 300, 0.3);
             [
                 tracer.pass(scene, [9, 5], 1, 0),
                 sppm.pass(scene, [9, 5], 1, 0),

@@ -1,7 +1,5 @@
 //! Radiosity where any two features of diffuse scenes meet.
 
-use whitefurnace::integrator::radiosity::MeshResolution;
-
 use super::scenes::{EMITTERS, SHAPES};
 use super::*;
 
@@ -36,10 +34,7 @@ fn radiosity_is_right_where_any_two_features_meet() {
         &DIFFUSE,
         |_| true,
         |row, scene, seed| {
-            let resolution = MeshResolution {
-                patches: PATCHES,
-                halvings: 0,
-            };
+            let resolution = resolution(PATCHES, 0);
             let estimator = Radiosity::new(Parts::default(), scene, resolution, &|_| true);
             let renderer = RayRenderer {
                 estimator: estimator.expect("a solution"),

@@ -163,14 +163,7 @@ fn body(s: &mut SceneBuilder, shape: &str, centre: DVec3, radius: f64, surface: 
         }
         "hollow" => {
             ball(s, sphere, surface);
-            ball(
-                s,
-                Sphere {
-                    inward: true,
-                    ..Sphere::new(centre, 0.7 * radius)
-                },
-                surface,
-            );
+            ball(s, inward(Sphere::new(centre, 0.7 * radius)), surface);
         }
         "zones" => {
             let cuts = [-1.0, -0.3, 0.4, 1.0].map(|cut: f64| cut * radius);
@@ -253,14 +246,7 @@ pub fn scene_of(row: &Row) -> Scene {
         match row.get("background") {
             "constant" => s.background(DVec3::new(1.0, 2.0, 0.5)),
             "map" => s.environment(map()),
-            "closed sphere" => ball(
-                s,
-                Sphere {
-                    inward: true,
-                    ..Sphere::new(DVec3::ZERO, EXTENT)
-                },
-                wall,
-            ),
+            "closed sphere" => ball(s, inward(Sphere::new(DVec3::ZERO, EXTENT)), wall),
             "closed box" => {
                 let wall = s.surface(wall);
                 simple::closed_cube(s, 5.0, true, wall);

@@ -15,10 +15,6 @@ use whitefurnace::light::emitter::EmitterPoint;
 
 use crate::prelude::*;
 
-fn resolution(patches: u32, halvings: u32) -> MeshResolution {
-    MeshResolution { patches, halvings }
-}
-
 fn scene(parts: impl FnOnce(&mut SceneBuilder)) -> Scene {
     scene_from(
         Camera::new(DVec3::new(0.5, -2.0, 0.6), DVec3::ZERO, DVec3::Z, 0.5),

@@ -75,23 +75,10 @@ fn the_pages_example_renders() {
         .and_then(|rest| rest.split("```").next())
         .expect("an example");
     let description = Description::parse("example", example).expect("a scene");
-    let sampling = Sampling {
-        pixel: Random,
-        sampler: SamplerKind::Independent,
-        seed: master(),
-        silhouettes: false,
-    };
-    let mut film = Film::new([16, 12], None, 1).expect("a film");
+    let sampling = sampling(Random, SamplerKind::Independent, master());
     let path = whitefurnace::integrator::Path::default();
-    render(
-        &description.build().expect("a scene"),
-        &path,
-        sampling,
-        &mut film,
-        &(0..16),
-        &|_| true,
-    )
-    .expect("rendered");
+    let scene = description.build().expect("a scene");
+    let film = rendered(&scene, &path, [16, 12], sampling, &[0..16]).expect("rendered");
     assert!(
         film.pixels()
             .iter()

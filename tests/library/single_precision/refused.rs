@@ -30,16 +30,9 @@ fn what_is_refused_is_wrong_and_what_is_taken_is_right() {
         let estimator = LaneEstimator::Path(Path::new(Finds::Bsdf));
         assert_eq!(check_single_precision(&scene).is_ok(), taken, "{reach}");
         let [double, single] = [Precision::Double, Precision::UncheckedSingle].map(|precision| {
-            let mut film = Film::new([32, 24], None, 1).expect("a legal size");
-            let lanes = LaneRenderer {
-                estimator,
-                sampling: plain(master()),
-                precision,
-            };
-            lanes
-                .add(&scene, &mut film, 0..8, &|_| true)
-                .expect("legal values");
-            film.mean()
+            let lanes = lanes(estimator, plain(master()), precision);
+            let film = filled(&lanes, &scene, [32, 24], 0..8);
+            film.expect("legal values").mean()
         });
         let off = (single / double - 1.0).abs();
         println!("{reach}: {off:e}");
@@ -128,8 +121,7 @@ fn what_single_precision_would_show_is_refused() {
         "too small for single precision",
     );
     // Refused scenes are not rendered.
-    let mut film = Film::new([2, 2], None, 1).expect("a legal size");
-    let rendered = singles(path(Finds::Bsdf), plain(1)).add(&sliver, &mut film, 0..1, &|_| true);
+    let rendered = filled(&singles(path(Finds::Bsdf), plain(1)), &sliver, [2, 2], 0..1);
     assert_option_refused(rendered, "too small for single precision");
     for built_in in [
         room::report(Convention::Physical, OrenNayarForm::Corrected),
@@ -152,13 +144,8 @@ fn what_single_precision_would_show_is_refused() {
 fn replaced_parts_are_not_rendered_in_single_precision() {
     let scene = ball_on_a_plane(16.0);
     for precision in [Precision::Single, Precision::UncheckedSingle] {
-        let lanes = LaneRenderer {
-            estimator: LaneEstimator::Path(
-                Path::new(Finds::Bsdf).with_parts(Parts::replaced(&ScalarParts)),
-            ),
-            sampling: plain(master()),
-            precision,
-        };
+        let path = Path::new(Finds::Bsdf).with_parts(Parts::replaced(&ScalarParts));
+        let lanes = lanes(LaneEstimator::Path(path), plain(master()), precision);
         assert_option_refused(
             lanes.prepare(&scene, [32, 24]).map(|_| ()),
             "replaced parts",
