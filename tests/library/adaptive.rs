@@ -3,7 +3,6 @@
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use whitefurnace::integrator::{Path, Strategy as Finds};
 use whitefurnace::render::CHUNK_SAMPLES;
 use whitefurnace::render::adaptive::{counts, pilot};
 use whitefurnace::sampling::sampler::MAX_POINTS;

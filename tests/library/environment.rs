@@ -2,7 +2,6 @@
 //! refusals.
 
 use whitefurnace::harness::domain::Domain;
-use whitefurnace::integrator::{Path, Strategy};
 use whitefurnace::light::environment::{Environment, EnvironmentMap};
 
 use crate::prelude::*;
@@ -153,9 +152,10 @@ fn lanes_follow_a_map() {
         )
     };
     let sampling = sampling(Random, SamplerKind::Independent, master());
-    for (lit, strategy) in [false, true].into_iter().flat_map(|lit| {
-        [Strategy::Bsdf, Strategy::Light, Strategy::Mis].map(|strategy| (lit, strategy))
-    }) {
+    for (lit, strategy) in [false, true]
+        .into_iter()
+        .flat_map(|lit| [Finds::Bsdf, Finds::Light, Finds::Mis].map(|strategy| (lit, strategy)))
+    {
         let scene = scene(lit);
         let path = Path::new(strategy);
         let alone = path.with_parts(Parts::replaced(&ScalarParts));

@@ -15,9 +15,9 @@ pub use whitefurnace::geometry::shape::{Hit, Ray, Sphere, SurfacePoint};
 pub use whitefurnace::integrator::photon::photon_map::{PhotonMap, PhotonMapKind};
 pub use whitefurnace::integrator::radiosity::MeshResolution;
 pub use whitefurnace::integrator::{
-    Bdpt, Bidirectional, DefaultParts, Estimator, FiniteElements, ImageEstimator, LightTracer,
-    Lookup, NextEvent, Parts, PhotonMapping, Photons, Published, Radiosity, Report, Sppm,
-    TransportRules, Whitted,
+    Bdpt, Bidirectional, DefaultParts, Estimator, FiniteElements, Heuristic, ImageEstimator,
+    LightTracer, Lookup, NextEvent, Parts, Path, PhotonMapping, Photons, Published, Radiosity,
+    Report, Sppm, Strategy as Finds, TransportRules, Whitted,
 };
 pub use whitefurnace::light::emitter::{Emitter, EmitterShape, LightSampling};
 pub use whitefurnace::material::{Bsdf, OrenNayar, OrenNayarForm, Scattering, lambert};

@@ -3,8 +3,6 @@
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use whitefurnace::integrator::Path;
-
 use crate::prelude::*;
 
 const FRAME: [u32; 2] = [24, 18];

@@ -4,7 +4,6 @@
 use std::collections::BTreeSet;
 use std::sync::Mutex;
 
-use whitefurnace::integrator::Path;
 use whitefurnace::light::emitter::EmitterPoint;
 use whitefurnace::sampling::sampler::MAX_POINTS;
 

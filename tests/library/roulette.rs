@@ -2,7 +2,6 @@
 
 use std::cell::RefCell;
 
-use whitefurnace::integrator::{Path, Strategy as Finds};
 use whitefurnace::sampling::roulette::{MAX_SURVIVAL, by_absorption, by_throughput, survives};
 
 use crate::prelude::*;

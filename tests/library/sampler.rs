@@ -3,7 +3,6 @@
 
 use std::collections::BTreeSet;
 
-use whitefurnace::integrator::{Path, Strategy};
 use whitefurnace::sampling::sampler::{
     BLOCK, FIRST_LIGHT_BLOCK, ImagePass, MAX_POINTS, SampleStream, Sobol, scramble,
 };
@@ -276,7 +275,7 @@ fn every_vertex_has_a_block_of_its_own() {
         recorder.blocks
     };
     let hit = scene.intersect(&ray);
-    let path = Path::new(Strategy::Bsdf).with_parts(Parts::replaced(&EndOnlyIfFaint));
+    let path = Path::new(Finds::Bsdf).with_parts(Parts::replaced(&EndOnlyIfFaint));
     let by_path = blocks(&|rng| path.radiance(&scene, &ray, hit, rng));
     let photons = PhotonMapping::new(
         Parts::replaced(&EndOnlyIfFaint),

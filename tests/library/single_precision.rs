@@ -9,7 +9,6 @@ use std::ops::Range;
 
 use whitefurnace::geometry::bvh::PacketStack;
 use whitefurnace::geometry::offsets::SINGLE_OFFSET;
-use whitefurnace::integrator::{Heuristic, Path, Strategy as Finds};
 use whitefurnace::light::environment::Environment;
 use whitefurnace::math::real::{Mask, Vector};
 use whitefurnace::math::simd::{Lanes3, SINGLES, Singles};

@@ -1,7 +1,6 @@
 //! Tests of single precision with surfaces close to each other and with long rays: scenes that are
 //! accepted look as in double precision in each estimator, and scenes that are refused would not.
 
-use whitefurnace::integrator::{Path, Strategy as Finds};
 use whitefurnace::render::check_single_precision;
 use whitefurnace::scene::SINGLE_COINCIDENCE_TOLERANCE;
 

@@ -4,7 +4,6 @@ use std::ops::Range;
 
 use whitefurnace::harness::images::{Rules, Side, compare};
 use whitefurnace::harness::outcome::Verdict;
-use whitefurnace::integrator::{Path, Strategy as Finds};
 use whitefurnace::sampling::sampler::MAX_POINTS;
 
 use crate::prelude::*;

@@ -31,7 +31,7 @@ mod table;
 use std::sync::LazyLock;
 
 use rayon::prelude::*;
-use whitefurnace::integrator::{Connections, Heuristic, Path, Strategy as Finds};
+use whitefurnace::integrator::Connections;
 use whitefurnace::sampling::roulette::RR_DEPTH;
 
 use reference_path_tracer::{Light, ReferencePathTracer};

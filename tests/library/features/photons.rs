@@ -1,8 +1,6 @@
 //! Photon mapping by direct lookup, by final gathering and progressively, where any two features
 //! meet.
 
-use whitefurnace::integrator::{Lookup, PhotonMapping};
-
 use super::bidirectional::{by_means, passes_of};
 use super::*;
 

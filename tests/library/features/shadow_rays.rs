@@ -8,7 +8,6 @@
 use std::sync::Mutex;
 
 use whitefurnace::geometry::specular_connection::{CasterKind, SpecularConnection};
-use whitefurnace::integrator::{Path, Strategy as Finds};
 use whitefurnace::light::emitter::EmitterPoint;
 use whitefurnace::light::environment::EnvironmentMap;
 use whitefurnace::material::{BsdfSample, Vertex};
