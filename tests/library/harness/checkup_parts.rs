@@ -47,12 +47,22 @@ fn with_pdf(pdf: impl Fn(DVec3, DVec3) -> f64 + Send + Sync + 'static) -> BsdfSu
     }
 }
 
-/// Returns the subject with a function applied to the results of its sampler.
-pub fn with_sample(
-    change: impl Fn(SampledDirection) -> Option<SampledDirection> + Send + Sync + 'static,
-) -> BsdfSubject {
+/// Returns the subject whose sampler loses all samples.
+pub fn without_samples() -> BsdfSubject {
     BsdfSubject {
-        sample: Box::new(move |wo, random| sample(wo, random).and_then(&change)),
+        sample: Box::new(|_, _| None),
+        ..right()
+    }
+}
+
+/// Returns the subject with the results of its sampler changed.
+fn with_sample(change: impl Fn(&mut SampledDirection) + Send + Sync + 'static) -> BsdfSubject {
+    BsdfSubject {
+        sample: Box::new(move |wo, random| {
+            let mut sample = sample(wo, random)?;
+            change(&mut sample);
+            Some(sample)
+        }),
         ..right()
     }
 }
@@ -67,14 +77,6 @@ fn small() -> CheckUp {
     }
 }
 
-/// Returns the context of the environment, at scale 1 whatever the scale of the trials.
-fn context(name: &str) -> Context {
-    Context {
-        scale: 1.0,
-        ..crate::support::context(name)
-    }
-}
-
 /// Runs a check-up at these inclinations and returns the outcome whose name begins so.
 fn found(subject: &BsdfSubject, inclinations: Vec<f64>, name: &str) -> Outcome {
     check_up(
@@ -83,7 +85,7 @@ fn found(subject: &BsdfSubject, inclinations: Vec<f64>, name: &str) -> Outcome {
             inclinations,
             ..small()
         },
-        &context(name),
+        &at_scale_1(name),
     )
     .into_iter()
     .find(|outcome| outcome.name.starts_with(name))
@@ -124,7 +126,12 @@ fn closures_have_arguments_of_their_own() {
         },
     )
     .albedo(|_| ALBEDO);
-    let told = |subject| format!("{:?}", check_up(subject, &small(), &context("arguments")));
+    let told = |subject| {
+        format!(
+            "{:?}",
+            check_up(subject, &small(), &at_scale_1("arguments"))
+        )
+    };
     assert_eq!(told(&subject), told(&right()));
     let density = Density::new(Domain::CosineHemisphere, |mut w| {
         let pdf = cosine_hemisphere_pdf(w.z);
@@ -184,7 +191,7 @@ fn a_check_up_asks_everything() {
     })
     .albedo(|_| ALBEDO);
     for subject in [right(), rendered] {
-        let outcomes = check_up(&subject, &size, &context("everything"));
+        let outcomes = check_up(&subject, &size, &at_scale_1("everything"));
         assert!(outcomes.iter().map(|outcome| &outcome.name).eq(&expected));
         // All weights are equal, so the furnace tests are exact.
         assert_eq!(outcomes.iter().filter(|o| o.is_random()).count(), 2);
@@ -205,7 +212,7 @@ fn a_check_up_asks_everything() {
     let outcomes = at_direction(
         &right(),
         &size,
-        &context("direction"),
+        &at_scale_1("direction"),
         DVec3::new(0.6, 0.0, 0.8),
         75.0,
     );
@@ -235,7 +242,7 @@ fn a_subject_is_what_was_set() {
     let outcomes = check_up(
         &new().reciprocal(false),
         &small(),
-        &context("no reciprocity"),
+        &at_scale_1("no reciprocity"),
     );
     assert!(outcomes.iter().all(|outcome| outcome.name != "reciprocity"));
     assert!(
@@ -247,18 +254,11 @@ fn a_subject_is_what_was_set() {
 
 #[test]
 fn no_value_may_be_bad() {
-    let stretched = |factor: f64| {
-        with_sample(move |s| {
-            Some(SampledDirection {
-                wi: factor * s.wi,
-                ..s
-            })
-        })
-    };
+    let stretched = |factor: f64| with_sample(move |s| s.wi *= factor);
     let mut subjects = vec![
         (
             "sampled where the pdf is zero",
-            with_sample(|s| Some(SampledDirection { pdf: 0.0, ..s })),
+            with_sample(|s| s.pdf = 0.0),
             0.0,
         ),
         ("short", stretched(0.999), 0.0),
@@ -266,27 +266,15 @@ fn no_value_may_be_bad() {
         ("right", right(), 1.0),
         ("no light", with_eval(|_, _| 0.0), 1.0),
         ("no pdf there", with_pdf(|_, _| 0.0), 1.0),
-        (
-            "black",
-            with_sample(|s| Some(SampledDirection { weight: 0.0, ..s })),
-            1.0,
-        ),
-        ("no sample", with_sample(|_| None), 1.0),
+        ("black", with_sample(|s| s.weight = 0.0), 1.0),
+        ("no sample", without_samples(), 1.0),
     ];
     for bad in [f64::NAN, f64::INFINITY, -1.0] {
         subjects.extend([
             ("f", with_eval(move |_, _| bad), 0.0),
             ("pdf", with_pdf(move |_, _| bad), 0.0),
-            (
-                "weight",
-                with_sample(move |s| Some(SampledDirection { weight: bad, ..s })),
-                0.0,
-            ),
-            (
-                "sampled pdf",
-                with_sample(move |s| Some(SampledDirection { pdf: bad, ..s })),
-                0.0,
-            ),
+            ("weight", with_sample(move |s| s.weight = bad), 0.0),
+            ("sampled pdf", with_sample(move |s| s.pdf = bad), 0.0),
         ]);
     }
     for (what, subject, p) in subjects {
@@ -298,36 +286,20 @@ fn no_value_may_be_bad() {
 fn pointwise_errors_are_relative() {
     let error = |subject: &BsdfSubject, name| pointwise(subject, name).estimate;
     assert!(error(&right(), WEIGHTS) < 1e-12);
-    let heavy = with_sample(|s| {
-        Some(SampledDirection {
-            weight: 1.25 * s.weight,
-            ..s
-        })
-    });
+    let heavy = with_sample(|s| s.weight *= 1.25);
     assert_relative_eq!(error(&heavy, WEIGHTS), 0.2, max_relative = 1e-9);
-    let dense = with_sample(|s| {
-        Some(SampledDirection {
-            pdf: 0.75 * s.pdf,
-            ..s
-        })
-    });
+    let dense = with_sample(|s| s.pdf *= 0.75);
     assert_relative_eq!(error(&dense, WEIGHTS), 0.25, max_relative = 1e-9);
     // Samples that all have cosine z, and the pdf of other directions. Grazing directions are left
     // out, as their cosines have lost digits; 1e-4 is the last that counts.
     let with_cosine = |z: f64| {
         let wi = DVec3::new((1.0 - z * z).sqrt(), 0.0, z);
-        with_sample(move |s| Some(SampledDirection { wi, ..s }))
+        with_sample(move |s| s.wi = wi)
     };
     assert_eq!(error(&with_cosine(1e-5), WEIGHTS), 0.0);
     assert!(error(&with_cosine(1e-4), WEIGHTS) > 0.5);
     // Samples below the surface are compared in the same way.
-    assert_eq!(
-        error(
-            &with_sample(|s| Some(SampledDirection { wi: -s.wi, ..s })),
-            WEIGHTS
-        ),
-        1.0
-    );
+    assert_eq!(error(&with_sample(|s| s.wi = -s.wi), WEIGHTS), 1.0);
     assert_eq!(error(&right(), "reciprocity"), 0.0);
     // Without an error there is no worst place.
     assert_eq!(pointwise(&right(), "reciprocity").worst, "");
@@ -391,12 +363,7 @@ fn albedo_bound_and_furnace_are_those_of_the_quadrature() {
         )
         .verdict()
     };
-    let weighing = |weight: f64| {
-        outcome(
-            &with_sample(move |s| Some(SampledDirection { weight, ..s })),
-            "furnace",
-        )
-    };
+    let weighing = |weight: f64| outcome(&with_sample(move |s| s.weight = weight), "furnace");
     let found = weighing(ALBEDO);
     assert_eq!((found.n, found.verdict()), (20_000, Verdict::Holds));
     assert!(!found.is_random());

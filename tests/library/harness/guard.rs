@@ -14,11 +14,7 @@ fn t(effect: f64, claim: Claim) -> Outcome {
         p: student_two_sided(effect, DOF),
         n: DOF as u64,
         reference: 0.0,
-        sensitivity: Sensitivity::Normal {
-            standard_error: 1.0,
-            dof: DOF,
-            tests: 1,
-        },
+        sensitivity: normal(1.0, DOF),
         ..outcome(effect, normal_upper(0.5 * ALPHA), claim)
     }
 }

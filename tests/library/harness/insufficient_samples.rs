@@ -2,7 +2,7 @@
 
 use whitefurnace::harness::images::ImageMoments;
 
-use super::checkup_parts::{with_eval, with_sample};
+use super::checkup_parts::{with_eval, without_samples};
 use super::*;
 
 const WIDE_CLAIMS: [Claim; 3] = [
@@ -163,7 +163,7 @@ fn check_ups_without_samples_are_undecided() {
     let context = Context::new(7, 1.0).expect("a scale").named("nothing");
     let nothing = BsdfSubject {
         pdf: Box::new(|_, _| 0.0),
-        ..with_sample(|_| None).loss(Loss::Allowed)
+        ..without_samples().loss(Loss::Allowed)
     };
     let outcomes = check_up(&nothing, &small(), &context);
     let stuck = with_eval(|_, wi| wi.z.max(0.0) * 0.75 / PI);

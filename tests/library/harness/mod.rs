@@ -49,6 +49,23 @@ use whitefurnace::harness::trial::Context;
 
 use crate::prelude::*;
 
+/// Returns the context of the environment, at scale 1 whatever the scale of the trials.
+fn at_scale_1(name: &str) -> Context {
+    Context {
+        scale: 1.0,
+        ..context(name)
+    }
+}
+
+/// Returns the sensitivity of a single test with this standard error.
+fn normal(standard_error: f64, dof: f64) -> Sensitivity {
+    Sensitivity::Normal {
+        standard_error,
+        dof,
+        tests: 1,
+    }
+}
+
 /// Values whose cubes are summed about `centre`.
 fn values(centre: f64, numbers: &[f64]) -> Values {
     let mut numbers = numbers.iter();

@@ -100,11 +100,8 @@ fn histogram(
         samples: 30_000,
         ..CheckUp::default()
     };
-    // At scale 1 whatever the scale of the trials: too few samples to hold, enough to fail.
-    let context = Context {
-        scale: 1.0,
-        ..context("narrow lobes")
-    };
+    // Too few samples to hold, enough to fail.
+    let context = at_scale_1("narrow lobes");
     let wo = from_spherical(degrees.to_radians(), 0.7);
     let outcomes = at_direction(&subject, &size, &context, wo, degrees);
     outcomes

@@ -115,11 +115,7 @@ fn exact_identities_use_no_chance() {
 /// Returns the outcome of a z test with a standard error of 1/8.
 fn measured(claim: Claim) -> Outcome {
     Outcome {
-        sensitivity: Sensitivity::Normal {
-            standard_error: 0.125,
-            dof: f64::INFINITY,
-            tests: 1,
-        },
+        sensitivity: normal(0.125, f64::INFINITY),
         ..outcome(3.0, 0.75, claim)
     }
 }

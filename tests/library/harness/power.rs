@@ -41,11 +41,7 @@ fn misses_are_those_of_the_laws() {
 
 #[test]
 fn smallest_effects_are_seen_for_certain() {
-    let known = Sensitivity::Normal {
-        standard_error: 2.0,
-        dof: f64::INFINITY,
-        tests: 1,
-    };
+    let known = normal(2.0, f64::INFINITY);
     let expected = 2.0 * (normal_upper(0.5 * ALPHA) + normal_upper(ALPHA));
     assert_relative_eq!(known.smallest_effect(ALPHA), expected, max_relative = 1e-8);
     let nothing = Sensitivity::Cells {
@@ -70,11 +66,7 @@ fn smallest_effects_are_seen_for_certain() {
 #[test]
 fn levels_of_a_power_are_found() {
     let laws = [
-        Sensitivity::Normal {
-            standard_error: 1.0,
-            dof: 200.0,
-            tests: 1,
-        },
+        normal(1.0, 200.0),
         Sensitivity::Cells {
             dof: 5.0,
             n: 5.0,
@@ -99,11 +91,7 @@ fn levels_of_a_power_are_found() {
         assert_eq!(law.miss(2.2), law.miss_at(2.2, ALPHA));
     }
     // z exceeds its critical value by 2.2 half of the time, and 1.28 below it.
-    let known = Sensitivity::Normal {
-        standard_error: 1.0,
-        dof: f64::INFINITY,
-        tests: 1,
-    };
+    let known = normal(1.0, f64::INFINITY);
     for (power, critical) in [(0.5, 2.2), (0.9, 2.2 - normal_upper(0.1))] {
         let level = 2.0 * normal_sf(critical);
         assert_relative_eq!(

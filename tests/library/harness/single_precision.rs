@@ -279,21 +279,13 @@ fn size(inclinations: Vec<f64>) -> CheckUp {
     }
 }
 
-/// Returns the context of the environment, at scale 1 whatever the scale of the trials.
-fn context(name: &str) -> Context {
-    Context {
-        scale: 1.0,
-        ..crate::support::context(name)
-    }
-}
-
 #[test]
 fn right_models_hold() {
     for model in MODELS {
         for outcome in check_up(
             &model.subject(RelativeErrors::default()),
             &size(vec![60.0]),
-            &context("single precision"),
+            &at_scale_1("single precision"),
         ) {
             assert!(outcome.p >= ALPHA, "{model:?}, {outcome}");
             assert!(
@@ -318,7 +310,11 @@ fn an_error_of_one_percent_is_detected_pointwise() {
     );
     for model in MODELS {
         for errors in [weight, pdf] {
-            let outcomes = check_up(&model.subject(errors), &size(Vec::new()), &context("slips"));
+            let outcomes = check_up(
+                &model.subject(errors),
+                &size(Vec::new()),
+                &at_scale_1("slips"),
+            );
             let fails = |name| {
                 outcomes
                     .iter()
@@ -344,7 +340,7 @@ fn a_wrong_choice_of_lobes_by_one_percent_fails() {
     let outcomes = check_up(
         &Model::Coated(0.1).subject(errors),
         &size,
-        &context("wrong choice"),
+        &at_scale_1("wrong choice"),
     );
     let failed = |random: bool| {
         outcomes
@@ -412,7 +408,7 @@ fn a_stated_precision_is_what_counts() {
             roundoff,
             ..size(vec![30.0])
         };
-        let outcomes = check_up(&lambert(), &size, &context("stated"));
+        let outcomes = check_up(&lambert(), &size, &at_scale_1("stated"));
         outcomes
             .into_iter()
             .find(|outcome| outcome.name.starts_with(name))

@@ -181,11 +181,7 @@ fn undecided_is_red_at_full_scale_only() {
 #[test]
 fn the_guard_is_asked_where_sizes_are_planned() {
     let small = |verdict| {
-        let sensitivity = Sensitivity::Normal {
-            standard_error: 0.1,
-            dof: 1e4,
-            tests: 1,
-        };
+        let sensitivity = normal(0.1, 1e4);
         Outcome {
             sensitivity,
             n: 10_000,

@@ -60,7 +60,7 @@ fn asked(transmits: bool, size: &CheckUp) -> Asked {
             roundoff: Some(DOUBLE),
             ..size.clone()
         },
-        &context("fuzzed"),
+        &at_scale_1("fuzzed"),
     );
     asked.lock().expect("one thread").clone()
 }

@@ -63,10 +63,10 @@ fn glass_with(error: f32, index: f32) -> LobeSubject {
 
 #[test]
 fn glass_holds_and_with_an_error_of_one_percent_fails() {
-    for outcome in check_up_lobes(&glass(0.0), &size(Vec::new()), &context("single glass")) {
+    for outcome in check_up_lobes(&glass(0.0), &size(Vec::new()), &at_scale_1("single glass")) {
         assert_eq!(outcome.verdict(), Verdict::Holds, "{outcome}");
     }
-    let outcomes = check_up_lobes(&glass(0.01), &size(Vec::new()), &context("single glass"));
+    let outcomes = check_up_lobes(&glass(0.01), &size(Vec::new()), &at_scale_1("single glass"));
     assert!(
         outcomes
             .iter()
@@ -93,7 +93,7 @@ fn glass_holds_beside_its_critical_angle() {
 #[test]
 fn a_way_back_that_is_off_by_one_percent_fails() {
     let subject = glass_with(0.0, 1.515);
-    let outcomes = check_up_lobes(&subject, &size(Vec::new()), &context("single glass"));
+    let outcomes = check_up_lobes(&subject, &size(Vec::new()), &at_scale_1("single glass"));
     let back = outcomes.iter().find(|o| o.name == "way back");
     assert_eq!(back.map(Outcome::verdict), Some(Verdict::Fails));
 }
