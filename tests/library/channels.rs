@@ -6,8 +6,6 @@
 //! transpositions together commute with no mix-up of channels. A light of one channel lights that
 //! channel only, so none is added to another.
 
-use whitefurnace::integrator::{Heuristic, Path, Strategy};
-
 use crate::helpers;
 use crate::prelude::*;
 
@@ -28,14 +26,9 @@ pub fn room(paint: Paint, lamp: Paint, plain: bool, lambert: impl Fn(DVec3) -> B
     let mut room = SceneBuilder::new("colours");
     let colour = |r, g, b| paint(DVec3::new(r, g, b));
     let light = |r, g, b| paint(lamp(DVec3::new(r, g, b)));
-    let mut wall = |bsdf, corner: [f64; 3], edges: [[f64; 3]; 2], emission: DVec3| {
+    let mut wall = |bsdf, corner, edges, emission: DVec3| {
         let surface = Surface::new(bsdf).emitting(emission).absorbing(0.5);
-        panel(
-            &mut room,
-            DVec3::from(corner),
-            edges.map(DVec3::from),
-            surface,
-        );
+        panel(&mut room, corner, edges, surface);
     };
     let (paper, eon) = if plain {
         (
@@ -53,62 +46,31 @@ pub fn room(paint: Paint, lamp: Paint, plain: bool, lambert: impl Fn(DVec3) -> B
         )
     };
     let dark = DVec3::ZERO;
-    wall(
-        lambert(colour(0.7, 0.5, 0.3)),
-        [-1., -1., -1.],
-        [[2., 0., 0.], [0., 2., 0.]],
-        dark,
-    );
-    wall(
-        lambert(colour(0.5, 0.6, 0.7)),
-        [-1., -1., 1.],
-        [[0., 2., 0.], [2., 0., 0.]],
-        dark,
-    );
-    wall(paper, [-1., -1., -1.], [[0., 2., 0.], [0., 0., 2.]], dark);
-    wall(
-        eon,
-        [1., -1., -1.],
-        [[0., 0., 2.], [0., 2., 0.]],
-        light(0.1, 0.02, 0.05),
-    );
-    wall(
-        lambert(colour(0.4, 0.7, 0.1)),
-        [-1., 1., -1.],
-        [[2., 0., 0.], [0., 0., 2.]],
-        dark,
-    );
-    wall(
-        lambert(colour(0.3, 0.2, 0.6)),
-        [-1., -1., -1.],
-        [[0., 0., 2.], [2., 0., 0.]],
-        dark,
-    );
+    let ([x, y, z], low) = (DVec3::AXES.map(|axis| 2.0 * axis), -DVec3::ONE);
+    wall(lambert(colour(0.7, 0.5, 0.3)), low, [x, y], dark);
+    wall(lambert(colour(0.5, 0.6, 0.7)), low + z, [y, x], dark);
+    wall(paper, low, [y, z], dark);
+    wall(eon, low + x, [z, y], light(0.1, 0.02, 0.05));
+    wall(lambert(colour(0.4, 0.7, 0.1)), low + y, [x, z], dark);
+    wall(lambert(colour(0.3, 0.2, 0.6)), low, [z, x], dark);
+    let lamp_at = DVec3::new(-0.4, -0.2, 0.99);
     wall(
         Bsdf::Black,
-        [-0.4, -0.2, 0.99],
-        [[0., 0.8, 0.], [0.8, 0., 0.]],
+        lamp_at,
+        [0.4 * y, 0.4 * x],
         light(3.0, 5.0, 2.0),
     );
     if !plain {
         let reflectance = colour(0.9, 0.6, 0.8);
         let mirror = Surface::new(Bsdf::Mirror { reflectance }).absorbing(0.1);
-        ball(
-            &mut room,
-            Sphere::new(DVec3::new(-0.5, 0.4, -0.6), 0.35),
-            mirror,
-        );
-        ball(
-            &mut room,
-            Sphere::new(DVec3::new(0.45, 0.3, -0.5), 0.4),
-            glass(1.5),
-        );
         let lamp = Surface::new(Bsdf::Black).emitting(light(1.0, 4.0, 7.0));
-        ball(
-            &mut room,
-            Sphere::new(DVec3::new(0.3, 0.6, 0.5), 0.15),
-            lamp,
-        );
+        for (centre, radius, surface) in [
+            (DVec3::new(-0.5, 0.4, -0.6), 0.35, mirror),
+            (DVec3::new(0.45, 0.3, -0.5), 0.4, glass(1.5)),
+            (DVec3::new(0.3, 0.6, 0.5), 0.15, lamp),
+        ] {
+            ball(&mut room, Sphere::new(centre, radius), surface);
+        }
     }
     room.build(Camera::new(
         DVec3::new(0.1, -0.9, 0.1),
@@ -162,18 +124,15 @@ pub fn physical_images(scene: &Scene) -> Vec<(&'static str, Image)> {
     let report = Report {
         rays: 2,
         segments: 6,
-        ..Report::default()
-    };
-    let report = Report {
         rules: TransportRules::PHYSICAL,
-        ..report
+        ..Report::default()
     };
     let whitted = Whitted::new(TransportRules::PHYSICAL);
     let (balance, power) = (Heuristic::Balance, Heuristic::Power);
     vec![
-        ("bsdf", rays(scene, &path(Strategy::Bsdf, area, balance))),
-        ("light", rays(scene, &path(Strategy::Light, area, balance))),
-        ("mis", rays(scene, &path(Strategy::Mis, angle, power))),
+        ("bsdf", rays(scene, &path(Finds::Bsdf, area, balance))),
+        ("light", rays(scene, &path(Finds::Light, area, balance))),
+        ("mis", rays(scene, &path(Finds::Mis, angle, power))),
         ("report", rays(scene, &report)),
         ("whitted", rays(scene, &whitted)),
         ("photon", rays(scene, &photons(Lookup::DirectVisualization))),

@@ -3,7 +3,6 @@
 
 use std::collections::BTreeSet;
 
-use whitefurnace::integrator::{Path, Report, Strategy as Finds, TransportRules};
 use whitefurnace::render::silhouette::{
     MAX_MIRRORS, POINTS_PER_SAMPLE, PrimaryRay, mirrored_silhouette_pixels, points,
     silhouette_pixels, with_supersampled_emission,
@@ -22,9 +21,21 @@ fn lights(shapes: &[EmitterShape]) -> Scene {
             EmitterShape::Sphere(sphere) => s.sphere(sphere, light),
         }
     }
-    s.build(Camera::new(DVec3::ZERO, DVec3::Y, DVec3::Z, 0.25))
-        .expect("a legal scene")
+    from_origin(s)
 }
+
+/// Builds the scene, seen from the origin.
+fn from_origin(scene: SceneBuilder) -> Scene {
+    let camera = Camera::new(DVec3::ZERO, DVec3::Y, DVec3::Z, 0.25);
+    scene.build(camera).expect("a legal scene")
+}
+
+/// Corners of a light at distance 1.
+const TRIANGLE: [DVec3; 3] = [
+    DVec3::new(-0.2, 1.0, -0.1),
+    DVec3::new(0.25, 1.0, -0.15),
+    DVec3::new(0.1, 1.0, 0.2),
+];
 
 const FRAME: [u32; 2] = [12, 8];
 
@@ -80,10 +91,7 @@ fn pixels_that_silhouettes_cross_are_marked() {
         edges: [a, b],
     };
     for (name, shape) in [
-        (
-            "triangle",
-            EmitterShape::Triangle([at(-0.2, 1.0, -0.1), at(0.25, 1.0, -0.15), at(0.1, 1.0, 0.2)]),
-        ),
+        ("triangle", EmitterShape::Triangle(TRIANGLE)),
         (
             "rectangle",
             rectangle(at(-0.3, 1.5, -0.2), at(0.35, 0.2, 0.1), at(0.0, 0.3, 0.3)),
@@ -125,22 +133,16 @@ fn light_in_mirror(corners: [DVec3; 3], reflectance: DVec3) -> Scene {
         [2.0 * DVec3::X, 2.0 * DVec3::Z],
         mirror,
     );
-    s.build(Camera::new(DVec3::ZERO, DVec3::Y, DVec3::Z, 0.25))
-        .expect("a legal scene")
+    from_origin(s)
 }
 
 /// In a mirror a light looks as it would at its mirror image, times the reflectance.
 #[test]
 fn lights_in_mirrors_have_silhouettes_and_no_noise() {
-    let triangle = [
-        DVec3::new(-0.2, 1.0, -0.1),
-        DVec3::new(0.25, 1.0, -0.15),
-        DVec3::new(0.1, 1.0, 0.2),
-    ];
     let reflectance = DVec3::new(0.25, 0.5, 1.0);
     let (scene, twin) = (
-        light_in_mirror(triangle, reflectance),
-        lights(&[EmitterShape::Triangle(triangle)]),
+        light_in_mirror(TRIANGLE, reflectance),
+        lights(&[EmitterShape::Triangle(TRIANGLE)]),
     );
     let frame = FRAME.map(|n| 4 * n);
     let emitted = |x: f64, y: f64| {
@@ -217,39 +219,23 @@ fn lights_in_mirrors_have_silhouettes_and_no_noise() {
 fn rays_follow_so_many_mirrors_and_none_that_emits() {
     let room = |front: Surface| {
         let mut s = SceneBuilder::new("facing mirrors");
-        let (front, back) = (
-            s.surface(front),
-            s.surface(Surface::new(Bsdf::Mirror {
-                reflectance: DVec3::splat(0.5),
-            })),
-        );
-        s.rectangle(
-            DVec3::new(-1.0, 1.0, -1.0),
-            [2.0 * DVec3::X, 2.0 * DVec3::Z],
-            front,
-        );
-        s.rectangle(
-            DVec3::new(-1.0, -1.0, -1.0),
-            [2.0 * DVec3::X, 2.0 * DVec3::Z],
-            back,
-        );
-        s.build(Camera::new(DVec3::ZERO, DVec3::Y, DVec3::Z, 0.25))
-            .expect("a legal scene")
+        for (y, surface) in [(1.0, front), (-1.0, reflecting(0.5))] {
+            let corner = DVec3::new(-1.0, y, -1.0);
+            panel(&mut s, corner, [2.0 * DVec3::X, 2.0 * DVec3::Z], surface);
+        }
+        from_origin(s)
     };
     let view = |scene: &Scene| {
         let ray = Ray::new(DVec3::ZERO, DVec3::Y);
         PrimaryRay::new(ray, scene.intersect(&ray)).follow_mirrors(scene)
     };
-    let mirror = Surface::new(Bsdf::Mirror {
-        reflectance: DVec3::splat(0.5),
-    });
-    let endless = view(&room(mirror));
+    let endless = view(&room(reflecting(0.5)));
     assert_eq!(
         (endless.mirrors, endless.weight),
         (MAX_MIRRORS, DVec3::splat(0.5f64.powi(MAX_MIRRORS as i32)))
     );
     assert!(endless.hit.is_some());
-    let emits = view(&room(mirror.emitting(DVec3::ONE)));
+    let emits = view(&room(reflecting(0.5).emitting(DVec3::ONE)));
     assert_eq!((emits.mirrors, emits.weight), (0, DVec3::ONE));
 }
 
@@ -293,7 +279,7 @@ fn pixels_are_marked_along_silhouettes_alone() {
         (EmitterShape::Sphere(Sphere::new(centre, radius)), circle)
     };
     for (shape, outline) in [
-        triangle([at(-0.2, 1.0, -0.1), at(0.25, 1.0, -0.15), at(0.1, 1.0, 0.2)]),
+        triangle(TRIANGLE),
         triangle([
             at(0.3, 1.0, 0.21),
             at(-0.31, 0.9, 0.13),
@@ -391,12 +377,7 @@ fn points_are_nets_of_their_own() {
 /// with camera samples alone.
 #[test]
 fn films_take_the_points() {
-    let triangle = [
-        DVec3::new(-0.2, 1.0, -0.1),
-        DVec3::new(0.25, 1.0, -0.15),
-        DVec3::new(0.1, 1.0, 0.2),
-    ];
-    let scene = lights(&[EmitterShape::Triangle(triangle)]);
+    let scene = lights(&[EmitterShape::Triangle(TRIANGLE)]);
     let frame = FRAME.map(|n| 4 * n);
     let path = Path::new(Finds::Mis);
     let sampling = |silhouettes| Sampling {

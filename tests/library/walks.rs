@@ -42,21 +42,14 @@ fn made(parts: Parts<'_>, scene: &Scene, pass: ImagePass) -> Vec<(String, Vec<DV
 /// Returns a scene with a ball of rough glass.
 fn rough_glass_ball() -> Scene {
     let mut s = SceneBuilder::new("frosted");
-    let light = s.surface(Surface::new(Bsdf::Black).emitting(DVec3::ONE));
-    let rough_glass = s.surface(Surface::new(Bsdf::RoughGlass(RoughGlass {
+    let rough_glass = Bsdf::RoughGlass(RoughGlass {
         index: 1.5,
         alpha: 0.3,
-    })));
-    let grey = s.surface(Surface::new(Bsdf::Lambert {
-        albedo: DVec3::splat(0.5),
-    }));
-    s.rectangle(DVec3::new(-0.5, -0.5, 2.0), [DVec3::Y, DVec3::X], light);
-    s.rectangle(
-        DVec3::new(-2.0, -2.0, -1.0),
-        [4.0 * DVec3::X, 4.0 * DVec3::Y],
-        grey,
-    );
-    s.sphere(Sphere::new(DVec3::ZERO, 0.6), rough_glass);
+    });
+    square(&mut s, 0.5, 2.0, false, lamp(1.0));
+    square(&mut s, 2.0, -1.0, true, diffuse(0.5));
+    let sphere = Sphere::new(DVec3::ZERO, 0.6);
+    ball(&mut s, sphere, Surface::new(rough_glass));
     s.build(Camera::new(
         DVec3::new(0.0, -3.0, 0.5),
         DVec3::ZERO,

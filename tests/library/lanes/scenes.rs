@@ -4,6 +4,17 @@ use whitefurnace::material::ggx::Ggx;
 
 use crate::prelude::*;
 
+/// Builds the scene, seen along y.
+fn from_the_front(scene: SceneBuilder) -> Scene {
+    let camera = Camera::new(DVec3::new(0.0, -3.5, 0.0), DVec3::ZERO, DVec3::Z, 0.4);
+    scene.build(camera).expect("a legal scene")
+}
+
+/// Adds a triangle.
+fn triangle(s: &mut SceneBuilder, corners: [DVec3; 3], surface: SurfaceId) {
+    s.mesh(&corners, &[[0, 1, 2]], surface);
+}
+
 /// Returns a room with every kind of surface and light: the report's walls, mirror and glass, a
 /// rough metal, EON, a triangular light, a spherical light, and a background through a gap.
 pub fn room_of_all_materials() -> Scene {
@@ -21,92 +32,46 @@ pub fn room_of_all_materials() -> Scene {
         },
         Bsdf::Black,
     ];
+    let [x, y, z] = DVec3::AXES.map(|axis| 2.0 * axis);
     let corners = [
-        (
-            DVec3::new(-1.0, -1.0, -1.0),
-            [2.0 * DVec3::X, 2.0 * DVec3::Y],
-        ),
-        (
-            DVec3::new(-1.0, -1.0, -1.0),
-            [2.0 * DVec3::Y, 2.0 * DVec3::Z],
-        ),
-        (
-            DVec3::new(-1.0, 1.0, -1.0),
-            [2.0 * DVec3::X, 2.0 * DVec3::Z],
-        ),
-        (
-            DVec3::new(1.0, -1.0, -1.0),
-            [2.0 * DVec3::Z, 2.0 * DVec3::Y],
-        ),
-        (DVec3::new(-1.0, -1.0, 1.0), [DVec3::X, 2.0 * DVec3::Y]),
+        (-DVec3::ONE, [x, y]),
+        (-DVec3::ONE, [y, z]),
+        (DVec3::new(-1.0, 1.0, -1.0), [x, z]),
+        (DVec3::new(1.0, -1.0, -1.0), [z, y]),
+        (DVec3::new(-1.0, -1.0, 1.0), [0.5 * x, y]),
     ];
     for (bsdf, (corner, edges)) in walls.into_iter().zip(corners) {
         let surface = s.surface(Surface::new(bsdf));
         s.rectangle(corner, edges, surface);
     }
     let light = s.surface(Surface::new(Bsdf::Black).emitting(DVec3::new(9.0, 8.0, 7.0)));
-    s.mesh(
-        &[
-            DVec3::new(0.2, 0.0, 0.9),
-            DVec3::new(0.2, 0.4, 0.9),
-            DVec3::new(0.6, 0.0, 0.8),
-        ],
-        &[[0, 1, 2]],
-        light,
-    );
+    let corners = [[0.2, 0.0, 0.9], [0.2, 0.4, 0.9], [0.6, 0.0, 0.8]];
+    triangle(&mut s, corners.map(DVec3::from), light);
     s.sphere(Sphere::new(DVec3::new(-0.6, 0.5, 0.5), 0.1), light);
-    s.rectangle(
-        DVec3::new(0.4, 0.7, 0.2),
-        [0.2 * DVec3::X, 0.2 * DVec3::Z],
-        light,
-    );
+    s.rectangle(DVec3::new(0.4, 0.7, 0.2), [0.1 * x, 0.1 * z], light);
     // It stands in front of a light.
     let blind = s.surface(Surface::new(walls[0]));
-    s.mesh(
-        &[
-            DVec3::new(0.2, 0.1, 0.8),
-            DVec3::new(0.2, 0.4, 0.8),
-            DVec3::new(0.5, 0.1, 0.7),
-        ],
-        &[[0, 1, 2]],
-        blind,
-    );
-    for (x, bsdf) in [
-        (
-            -0.5,
-            Bsdf::Mirror {
-                reflectance: DVec3::splat(0.9),
-            },
-        ),
-        (0.1, Bsdf::Glass { index: 1.5 }),
-        (
-            0.6,
-            Bsdf::model(Ggx {
-                reflectance: DVec3::new(0.9, 0.6, 0.3),
-                alpha: 0.3,
-            }),
-        ),
+    let corners = [[0.2, 0.1, 0.8], [0.2, 0.4, 0.8], [0.5, 0.1, 0.7]];
+    triangle(&mut s, corners.map(DVec3::from), blind);
+    let metal = Bsdf::model(Ggx {
+        reflectance: DVec3::new(0.9, 0.6, 0.3),
+        alpha: 0.3,
+    });
+    for (x, surface) in [
+        (-0.5, reflecting(0.9)),
+        (0.1, glass(1.5)),
+        (0.6, Surface::new(metal)),
     ] {
-        let surface = s.surface(Surface::new(bsdf));
-        s.sphere(Sphere::new(DVec3::new(x, -0.1, -0.6), 0.28), surface);
+        let sphere = Sphere::new(DVec3::new(x, -0.1, -0.6), 0.28);
+        ball(&mut s, sphere, surface);
     }
-    s.build(Camera::new(
-        DVec3::new(0.0, -3.5, 0.0),
-        DVec3::ZERO,
-        DVec3::Z,
-        0.4,
-    ))
-    .expect("a legal scene")
+    from_the_front(s)
 }
 
 /// Returns a ball of so many emitting triangles that they are grouped, and a lamp.
 fn mesh_light() -> Scene {
     let mut s = SceneBuilder::new("glowing");
-    let grey = s.surface(Surface::new(Bsdf::Lambert {
-        albedo: DVec3::splat(0.6),
-    }));
-    let [glow, lamp] =
-        [0.5, 9.0].map(|l| s.surface(Surface::new(Bsdf::Black).emitting(DVec3::splat(l))));
+    let glow = s.surface(lamp(0.5));
     let at = |i: u32, j: u32| {
         let [theta, phi] = [PI * f64::from(i) / 6.0, TAU * f64::from(j) / 10.0];
         0.5 * from_spherical(theta, phi)
@@ -126,58 +91,26 @@ fn mesh_light() -> Scene {
         .flat_map(|i| (0..10).flat_map(move |j| face(i, j)))
         .collect();
     s.mesh(&vertices, &faces, glow);
-    s.rectangle(
-        DVec3::new(-1.0, -1.0, -1.0),
-        [2.0 * DVec3::X, 2.0 * DVec3::Y],
-        grey,
-    );
-    s.rectangle(
-        DVec3::new(-0.3, -0.3, 1.0),
-        [0.6 * DVec3::Y, 0.6 * DVec3::X],
-        lamp,
-    );
-    s.build(Camera::new(
-        DVec3::new(0.0, -3.5, 0.0),
-        DVec3::ZERO,
-        DVec3::Z,
-        0.4,
-    ))
-    .expect("a legal scene")
+    square(&mut s, 1.0, -1.0, true, diffuse(0.6));
+    square(&mut s, 0.3, 1.0, false, lamp(9.0));
+    from_the_front(s)
 }
 
 /// Returns so many triangles that lanes use the hierarchy, and a ball of glass.
 fn many(count: u32) -> Scene {
     let mut s = SceneBuilder::new("many");
-    let [grey, light] = [
-        Surface::new(Bsdf::Lambert {
-            albedo: DVec3::splat(0.6),
-        }),
-        Surface::new(Bsdf::Black).emitting(DVec3::splat(4.0)),
-    ]
-    .map(|surface| s.surface(surface));
-    let glass = s.surface(Surface::new(Bsdf::Glass { index: 1.5 }));
-    s.sphere(Sphere::new(DVec3::new(0.1, 0.0, 0.7), 0.35), glass);
+    let grey = s.surface(diffuse(0.6));
+    let lens = Sphere::new(DVec3::new(0.1, 0.0, 0.7), 0.35);
+    ball(&mut s, lens, glass(1.5));
     let (mut rng, size) = (rng("many"), 3.0 / f64::from(count).sqrt());
     for _ in 0..count {
         let corner = in_cube(&mut rng, 1.0);
-        s.mesh(
-            &[
-                corner,
-                corner + size * in_cube(&mut rng, 1.0),
-                corner + size * in_cube(&mut rng, 1.0),
-            ],
-            &[[0, 1, 2]],
-            grey,
-        );
+        let [a, b] = [(); 2].map(|()| corner + size * in_cube(&mut rng, 1.0));
+        triangle(&mut s, [corner, a, b], grey);
     }
-    s.sphere(Sphere::new(DVec3::new(0.0, 0.0, 1.5), 0.4), light);
-    s.build(Camera::new(
-        DVec3::new(0.0, -3.5, 0.0),
-        DVec3::ZERO,
-        DVec3::Z,
-        0.4,
-    ))
-    .expect("a legal scene")
+    let light = Sphere::new(DVec3::new(0.0, 0.0, 1.5), 0.4);
+    ball(&mut s, light, lamp(4.0));
+    from_the_front(s)
 }
 
 /// Returns a net of triangles with different emission, whose edges and vertices are hit by the rays
@@ -185,10 +118,7 @@ fn many(count: u32) -> Scene {
 /// vertex that the middle ray hits.
 fn emitting_grid(sphere_first: bool) -> Scene {
     let mut s = SceneBuilder::new("net");
-    let emitting = |radiance: f64| Surface::new(Bsdf::Black).emitting(DVec3::splat(radiance));
-    let grey = s.surface(Surface::new(Bsdf::Lambert {
-        albedo: DVec3::splat(0.5),
-    }));
+    let grey = s.surface(diffuse(0.5));
     let touching = Sphere::new(DVec3::new(0.0, 0.5, 0.0), 0.5);
     if sphere_first {
         s.sphere(touching, grey);
@@ -202,7 +132,7 @@ fn emitting_grid(sphere_first: bool) -> Scene {
             ([cell, cell + 1, cell + 7], 0.0),
             ([cell, cell + 7, cell + 6], 0.5),
         ] {
-            let surface = s.surface(emitting(f64::from(shine) + more));
+            let surface = s.surface(lamp(f64::from(shine) + more));
             s.mesh(&vertices, &[triangle], surface);
         }
     }
@@ -224,9 +154,7 @@ fn mirrors() -> Scene {
     let mut s = SceneBuilder::new("mirrors");
     s.background(DVec3::new(0.1, 0.2, 0.3));
     let light = s.surface(Surface::new(Bsdf::Black).emitting(DVec3::new(3.0, 2.0, 1.0)));
-    let grey = s.surface(Surface::new(Bsdf::Lambert {
-        albedo: DVec3::splat(0.5),
-    }));
+    let grey = s.surface(diffuse(0.5));
     let mirror = |r: f64| {
         Surface::new(Bsdf::Mirror {
             reflectance: DVec3::new(r, 0.9, 0.8),
@@ -267,16 +195,11 @@ pub fn specular_casters(count: u32) -> Scene {
         0.4,
         OrenNayarForm::Corrected,
     )));
-    let [glass, dense] = [1.5, 2.2].map(|index| s.surface(Surface::new(Bsdf::Glass { index })));
+    let [glass, dense] = [1.5, 2.2].map(|index| s.surface(glass(index)));
     let mirror = s.surface(Surface::new(Bsdf::Mirror {
         reflectance: DVec3::new(0.9, 0.8, 0.7),
     }));
-    let lamp = s.surface(
-        Surface::new(Bsdf::Lambert {
-            albedo: DVec3::splat(0.3),
-        })
-        .emitting(DVec3::new(8.0, 9.0, 7.0)),
-    );
+    let lamp = s.surface(diffuse(0.3).emitting(DVec3::new(8.0, 9.0, 7.0)));
     simple::closed_cube(&mut s, 1.0, true, grey);
     s.sphere(Sphere::new(DVec3::new(0.3, 0.2, -0.6), 0.35), glass);
     s.sphere(Sphere::new(DVec3::new(-0.5, 0.4, 0.1), 0.2), dense);
@@ -295,12 +218,8 @@ pub fn specular_casters(count: u32) -> Scene {
     let mut rng = rng("splinters");
     for _ in 0..count {
         let corner = in_cube(&mut rng, 0.9);
-        let corners = [
-            corner,
-            corner + 0.03 * in_cube(&mut rng, 1.0),
-            corner + 0.03 * in_cube(&mut rng, 1.0),
-        ];
-        s.mesh(&corners, &[[0, 1, 2]], grey);
+        let [a, b] = [(); 2].map(|()| corner + 0.03 * in_cube(&mut rng, 1.0));
+        triangle(&mut s, [corner, a, b], grey);
     }
     let camera = Camera::new(
         DVec3::new(0.0, -0.9, 0.1),
