@@ -151,54 +151,26 @@ fn weights_sum_to_one_on_real_paths() {
 fn passes_fill_whole_films_only() {
     let scene = report_room();
     let bdpt = Bdpt::new(Parts::default());
+    let add = |film: &mut Film, range, goes_on: bool| {
+        let numbers = SamplerKind::Independent;
+        render_passes(&scene, &bdpt, numbers, 1, film, range, &|_| goes_on)
+    };
     let mut film = Film::new(FRAME, None, 1).expect("a film");
-    assert!(matches!(
-        render_passes(
-            &scene,
-            &bdpt,
-            SamplerKind::Independent,
-            1,
-            &mut film,
-            0..3,
-            &|_| true
-        ),
-        Ok(true)
-    ));
-    assert!(film.pixels().iter().all(|pixel| pixel.replications() == 3));
-    assert!(matches!(
-        render_passes(
-            &scene,
-            &bdpt,
-            SamplerKind::Independent,
-            1,
-            &mut film,
-            3..9,
-            &|_| false
-        ),
-        Ok(false)
-    ));
-    assert!(film.pixels().iter().all(|pixel| pixel.replications() == 4));
-    let mut part = Film::new(
-        FRAME,
-        Some(Window {
-            corner: [1, 1],
-            size: [4, 4],
-        }),
-        1,
-    )
-    .expect("a film");
-    assert!(matches!(
-        render_passes(
-            &scene,
-            &bdpt,
-            SamplerKind::Independent,
-            1,
-            &mut part,
-            0..1,
-            &|_| true
-        ),
-        Err(Error::Option(_))
-    ));
+    for (range, goes_on, passes) in [(0..3, true, 3), (3..9, false, 4)] {
+        let done = add(&mut film, range, goes_on);
+        assert!(done.is_ok_and(|done| done == goes_on));
+        assert!(
+            film.pixels()
+                .iter()
+                .all(|pixel| pixel.replications() == passes)
+        );
+    }
+    let window = Window {
+        corner: [1, 1],
+        size: [4, 4],
+    };
+    let mut part = Film::new(FRAME, Some(window), 1).expect("a film");
+    assert!(matches!(add(&mut part, 0..1, true), Err(Error::Option(_))));
 }
 
 /// A point on a camera ray is seen in the ray's pixel, and the importance is the reciprocal of the

@@ -4,7 +4,6 @@
 use std::fmt::Write as _;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use whitefurnace::integrator::{Path, Strategy as Finds};
 use whitefurnace::scene::file::Description;
 
 use crate::prelude::*;
@@ -211,11 +210,8 @@ fn renders(scene: &Scene, text: &str, far_apart: bool) {
             ..Path::new(strategy)
         };
         let alone = path.with_parts(Parts::replaced(&ScalarParts));
-        let one_by_one = film_unless_refused(
-            rendered(scene, &alone, FRAME, sampling, &[0..1]),
-            "path",
-            text,
-        );
+        let film = rendered(scene, &alone, FRAME, sampling, &[0..1]);
+        let one_by_one = film_unless_refused(film, "path", text);
         let lanes = lanes(LaneEstimator::Path(path), sampling, Precision::Double);
         let eight = film_unless_refused(filled(&lanes, scene, FRAME, 0..1), "lanes", text);
         // Where rounding is as large as the objects, the engines may disagree on hits.
@@ -224,63 +220,31 @@ fn renders(scene: &Scene, text: &str, far_apart: bool) {
             "the widths differ\n{text}"
         );
     }
-    let area = Path {
+    let by_angle = Path {
         lights: LightSampling::SolidAngle,
         ..Path::new(Finds::Mis)
     };
-    film_unless_refused(
-        rendered(scene, &area, FRAME, sampling, &[0..1]),
-        "solid angles",
-        text,
-    );
-    film_unless_refused(
-        rendered(
-            scene,
-            &Whitted::new(TransportRules::PHYSICAL),
-            FRAME,
-            sampling,
-            &[0..1],
-        ),
-        "whitted",
-        text,
-    );
     let plain = Sampling {
         silhouettes: false,
         ..sampling
     };
-    film_unless_refused(
-        rendered(scene, &Report::default(), FRAME, plain, &[0..1]),
-        "report",
-        text,
-    );
-    let photons = PhotonMapping::new(
-        Parts::default(),
-        scene,
-        Lookup::DirectVisualization,
-        20,
-        0.1,
-        (1, 0),
-    );
-    film_unless_refused(
-        photons.and_then(|photons| rendered(scene, &photons, FRAME, sampling, &[0..1])),
-        "photons",
-        text,
-    );
-    film_unless_refused(
-        passes(scene, &Bdpt::new(Parts::default()), FRAME, &[0..1]),
-        "bdpt",
-        text,
-    );
-    film_unless_refused(
-        passes(scene, &LightTracer::default(), FRAME, &[0..1]),
-        "light tracer",
-        text,
-    );
-    film_unless_refused(
-        passes(scene, &sppm(Parts::default(), 20, 0.1), FRAME, &[0..1]),
-        "sppm",
-        text,
-    );
+    let whitted = Whitted::new(TransportRules::PHYSICAL);
+    let lookup = Lookup::DirectVisualization;
+    let photons = PhotonMapping::new(Parts::default(), scene, lookup, 20, 0.1, (1, 0));
+    let rays =
+        |estimator: &dyn Estimator, sampling| rendered(scene, estimator, FRAME, sampling, &[0..1]);
+    let images = |estimator: &dyn ImageEstimator| passes(scene, estimator, FRAME, &[0..1]);
+    for (what, film) in [
+        ("solid angles", rays(&by_angle, sampling)),
+        ("whitted", rays(&whitted, sampling)),
+        ("report", rays(&Report::default(), plain)),
+        ("photons", photons.and_then(|map| rays(&map, sampling))),
+        ("bdpt", images(&Bdpt::new(Parts::default()))),
+        ("light tracer", images(&LightTracer::default())),
+        ("sppm", images(&sppm(Parts::default(), 20, 0.1))),
+    ] {
+        film_unless_refused(film, what, text);
+    }
 }
 
 /// Asserts that a refusal is one line.

@@ -7,7 +7,7 @@ mod walls;
 
 use std::array::from_fn;
 
-use whitefurnace::integrator::{Heuristic, Path, Sample, Strategy as Finds, Whitted};
+use whitefurnace::integrator::Sample;
 use whitefurnace::material::Model;
 use whitefurnace::math::real::Vector;
 use whitefurnace::math::simd::{LANES, Lanes, Lanes3, SINGLES, Singles, Wide};
@@ -47,28 +47,14 @@ fn assert_same(scene: &Scene, lanes: LaneEstimator, sampling: Sampling, empty: F
                 let path = path.with_parts(Parts::replaced(&ScalarParts));
                 render(scene, &path, sampling, &mut alone, &range, &|_| true)
             }
-            LaneEstimator::Report(Report {
-                rays,
-                segments,
-                rules,
-                ..
-            }) => {
-                let report = Report {
-                    parts: Parts::replaced(&ScalarParts),
-                    rays,
-                    segments,
-                    rules,
-                };
+            LaneEstimator::Report(report) => {
+                let parts = Parts::replaced(&ScalarParts);
+                let report = Report { parts, ..report };
                 render(scene, &report, sampling, &mut alone, &range, &|_| true)
             }
-            LaneEstimator::Whitted(Whitted {
-                segments, rules, ..
-            }) => {
-                let whitted = Whitted {
-                    parts: Parts::replaced(&ScalarParts),
-                    segments,
-                    rules,
-                };
+            LaneEstimator::Whitted(whitted) => {
+                let parts = Parts::replaced(&ScalarParts);
+                let whitted = Whitted { parts, ..whitted };
                 render(scene, &whitted, sampling, &mut alone, &range, &|_| true)
             }
         }
@@ -95,6 +81,7 @@ fn images_have_the_same_bits() {
     let seed = seed_for(master(), "lanes");
     let plain = sampling(Random, SamplerKind::Independent, seed);
     for scene in &scenes {
+        let check = |lanes, sampling| assert_same_film(scene, lanes, sampling, None);
         for strategy in [Finds::Bsdf, Finds::Light, Finds::Mis] {
             for (lights, heuristic) in [
                 (LightSampling::Area, Heuristic::Balance),
@@ -106,7 +93,7 @@ fn images_have_the_same_bits() {
                     heuristic,
                     ..Path::new(strategy)
                 };
-                assert_same_film(scene, LaneEstimator::Path(path), plain, None);
+                check(LaneEstimator::Path(path), plain);
             }
         }
         let path = Path {
@@ -118,16 +105,12 @@ fn images_have_the_same_bits() {
             (LightSampling::Area, Heuristic::Balance),
             (LightSampling::Importance, Heuristic::Power),
         ] {
-            assert_same_film(
-                scene,
-                LaneEstimator::Path(Path {
-                    lights,
-                    heuristic,
-                    ..path
-                }),
-                plain,
-                None,
-            );
+            let path = Path {
+                lights,
+                heuristic,
+                ..path
+            };
+            check(LaneEstimator::Path(path), plain);
         }
         for bounces in [0, 1, 2, 3] {
             let path = Path {
@@ -139,15 +122,11 @@ fn images_have_the_same_bits() {
                 corner: [0, 0],
                 size: [23, 16],
             });
-            assert_same_film(
-                scene,
-                LaneEstimator::Path(path),
-                Sampling {
-                    silhouettes: true,
-                    ..plain
-                },
-                window,
-            );
+            let outlined = Sampling {
+                silhouettes: true,
+                ..plain
+            };
+            assert_same_film(scene, LaneEstimator::Path(path), outlined, window);
         }
         let path = LaneEstimator::Path(path);
         let report = |segments, rules| {
@@ -164,28 +143,18 @@ fn images_have_the_same_bits() {
             })
         };
         for segments in [0, 1, 2, 7] {
-            assert_same_film(
-                scene,
-                report(segments, TransportRules::PHYSICAL),
-                plain,
-                None,
-            );
-            assert_same_film(
-                scene,
-                whitted(segments, TransportRules::PHYSICAL),
-                plain,
-                None,
-            );
+            check(report(segments, TransportRules::PHYSICAL), plain);
+            check(whitted(segments, TransportRules::PHYSICAL), plain);
         }
-        assert_same_film(scene, report(7, TransportRules::REPORT), plain, None);
+        check(report(7, TransportRules::REPORT), plain);
         let branching = Report {
             rays: 3,
             segments: 4,
             rules: TransportRules::PHYSICAL,
             ..Report::default()
         };
-        assert_same_film(scene, LaneEstimator::Report(branching), plain, None);
-        assert_same_film(scene, whitted(7, TransportRules::REPORT), plain, None);
+        check(LaneEstimator::Report(branching), plain);
+        check(whitted(7, TransportRules::REPORT), plain);
         // Other rules for light behind glass.
         for (shadows_pass_glass, caustics) in [(true, true), (false, false)] {
             let rules = TransportRules {
@@ -193,7 +162,7 @@ fn images_have_the_same_bits() {
                 caustics,
                 ..TransportRules::PHYSICAL
             };
-            assert_same_film(scene, report(20, rules), plain, None);
+            check(report(20, rules), plain);
         }
         for (pixel, numbers, silhouettes) in [
             (Random, SamplerKind::Sobol(4), false),
@@ -202,31 +171,19 @@ fn images_have_the_same_bits() {
             (Grid(2), SamplerKind::Independent, false),
             (Jitter(3), SamplerKind::Independent, true),
         ] {
-            for lanes in [
-                path,
-                report(7, TransportRules::PHYSICAL),
-                whitted(7, TransportRules::PHYSICAL),
-            ] {
-                assert_same_film(
-                    scene,
-                    lanes,
-                    Sampling {
-                        silhouettes,
-                        ..sampling(pixel, numbers, seed)
-                    },
-                    None,
-                );
-            }
+            let sampling = Sampling {
+                silhouettes,
+                ..sampling(pixel, numbers, seed)
+            };
+            check(path, sampling);
+            check(report(7, TransportRules::PHYSICAL), sampling);
+            check(whitted(7, TransportRules::PHYSICAL), sampling);
         }
-        assert_same_film(
-            scene,
-            path,
-            plain,
-            Some(Window {
-                corner: [3, 4],
-                size: [9, 2],
-            }),
-        );
+        let window = Some(Window {
+            corner: [3, 4],
+            size: [9, 2],
+        });
+        assert_same_film(scene, path, plain, window);
     }
 }
 
