@@ -166,7 +166,7 @@ fn spheres_among_triangles() {
                 Primitive::Sphere(if i % 4 == 1 {
                     whole
                 } else {
-                    Sphere { zone, ..whole }
+                    between_heights(whole, zone)
                 })
             })
             .collect();

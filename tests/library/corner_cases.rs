@@ -1,7 +1,6 @@
 //! Corner cases that no built-in scene has: lights without a solid angle to sample, no light at
 //! all, limits of zero, no photons or too many.
 
-use whitefurnace::integrator::{Path, Quirks, Strategy};
 use whitefurnace::sampling::roulette::MAX_SURVIVAL;
 
 use crate::prelude::*;
@@ -36,7 +35,7 @@ fn lit(add: impl FnOnce(&mut SceneBuilder, SurfaceId)) -> Scene {
 fn shadow_rays(scene: &Scene, lights: LightSampling, count: u32) -> Vec<f64> {
     let path = Path {
         lights,
-        ..Path::new(Strategy::Light)
+        ..Path::new(Finds::Light)
     };
     let down = DVec3::new(0.1, 0.2, -1.0).normalize();
     let ray = Ray::new(-0.05 * down, down);
@@ -52,10 +51,7 @@ fn shadow_rays(scene: &Scene, lights: LightSampling, count: u32) -> Vec<f64> {
 #[test]
 fn without_solid_angles_lights_are_sampled_by_area() {
     let whole = Sphere::new(DVec3::new(0.1, 0.0, 0.2), 2.0);
-    let zone = Sphere {
-        zone: [-0.4, 0.3],
-        ..Sphere::new(DVec3::new(0.2, 0.3, 1.0), 0.5)
-    };
+    let zone = between_heights(Sphere::new(DVec3::new(0.2, 0.3, 1.0), 0.5), [-0.4, 0.3]);
     let ball = |sphere| lit(|scene, light| scene.sphere(sphere, light));
     let flat = |corner, edges| lit(|scene, light| scene.rectangle(corner, edges, light));
     let [x, y, z] = DVec3::AXES;
@@ -230,16 +226,8 @@ fn the_reconstruction_ends_at_walls_that_absorb_all() {
     let scene = within_sphere(wall.absorbing(1.0));
     let ray = Ray::new(0.3 * DVec3::X, DVec3::Y);
     for bits in 0..8 {
-        let [roulette_by_cosine, end_loses_direct, extra_cosine] =
-            [1, 2, 4].map(|bit| bits & bit != 0);
-        let published = Published {
-            quirks: Quirks {
-                roulette_by_cosine,
-                end_loses_direct,
-                extra_cosine,
-            },
-        };
-        let direct = if end_loses_direct {
+        let published = published(bits);
+        let direct = if published.quirks.end_loses_direct {
             0.0
         } else {
             ALBEDO * LIGHT

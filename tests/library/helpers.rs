@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use whitefurnace::geometry::bvh::Primitive;
 use whitefurnace::harness::quadrature::{Rectangle, integrate};
+use whitefurnace::integrator::Quirks;
 
 use crate::prelude::*;
 
@@ -254,6 +255,11 @@ pub fn square(scene: &mut SceneBuilder, half: f64, height: f64, up: bool, surfac
     );
 }
 
+/// The part of a sphere between two heights above its centre.
+pub fn between_heights(sphere: Sphere, zone: [f64; 2]) -> Sphere {
+    Sphere { zone, ..sphere }
+}
+
 /// The same sphere with its front inside.
 pub fn inward(sphere: Sphere) -> Sphere {
     Sphere {
@@ -274,7 +280,7 @@ pub fn on_threads<T: Send>(threads: usize, run: impl FnOnce() -> T + Send) -> T 
     pool.expect("a pool of threads").install(run)
 }
 
-/// Returns samples of pixels without silhouettes.
+/// Returns a sampling without points for silhouettes.
 pub fn sampling(pixel: PixelSampling, sampler: SamplerKind, seed: u64) -> Sampling {
     Sampling {
         pixel,
@@ -328,7 +334,7 @@ pub fn rendered(
     Ok(film)
 }
 
-/// Renders a film of the frame in lanes.
+/// Returns a renderer that traces lanes of paths at a time.
 pub fn lanes(
     estimator: LaneEstimator<'_>,
     sampling: Sampling,
@@ -375,9 +381,37 @@ pub fn passes(
     Ok(film)
 }
 
+/// Returns the reconstruction with the quirks whose bits are set, in their order.
+pub fn published(bits: u32) -> Published {
+    let [roulette_by_cosine, end_loses_direct, extra_cosine] = [1, 2, 4].map(|bit| bits & bit != 0);
+    Published {
+        quirks: Quirks {
+            roulette_by_cosine,
+            end_loses_direct,
+            extra_cosine,
+        },
+    }
+}
+
 /// A camera for scenes whose image does not matter.
 pub fn any_camera() -> Camera {
     Camera::new(DVec3::ZERO, DVec3::X, DVec3::Z, 1.0)
+}
+
+/// Returns the message of a refusal, which is one line; `what` names the case.
+pub fn refusal<T>(result: Result<T, Error>, what: &str) -> String {
+    let Err(error) = result else {
+        panic!("not refused: {what}");
+    };
+    let message = error.to_string();
+    assert!(!message.contains('\n'), "{what}: {message}");
+    message
+}
+
+/// Asserts a refusal, in one line that contains a hint.
+pub fn assert_refused<T>(result: Result<T, Error>, hint: &str) {
+    let message = refusal(result, hint);
+    assert!(message.contains(hint), "{hint}: {message}");
 }
 
 /// Asserts that an option is refused, in one line that contains a hint.

@@ -134,10 +134,10 @@ fn emitter_points_lie_on_the_emitter() {
     );
     assert_eq!(triangle.sample([0.25, 0.5]).normal, DVec3::Z);
     // Six tenths up the upper half of a sphere of radius 5 about a centre that is not the origin.
-    let sphere = Sphere {
-        zone: [0.0, f64::INFINITY],
-        ..Sphere::new(DVec3::new(1.0, -2.0, 3.0), 5.0)
-    };
+    let sphere = between_heights(
+        Sphere::new(DVec3::new(1.0, -2.0, 3.0), 5.0),
+        [0.0, f64::INFINITY],
+    );
     let cap = Emitter::new(EmitterShape::Sphere(sphere), DVec3::ONE);
     assert_relative_eq!(cap.area, 50.0 * PI, max_relative = 4.0 * UNIT_ROUNDOFF);
     assert_relative_eq!(

@@ -267,13 +267,7 @@ fn what_cannot_be_sampled_says_so() {
     }
     assert!(!cap(2.0 * DVec3::Z, inward(whole)), "inward");
     assert!(
-        !cap(
-            2.0 * DVec3::Z,
-            Sphere {
-                zone: [-0.5, 1.0],
-                ..whole
-            }
-        ),
+        !cap(2.0 * DVec3::Z, between_heights(whole, [-0.5, 1.0])),
         "a zone"
     );
 }

@@ -2,7 +2,6 @@
 //! connections are the paths through one of them.
 
 use whitefurnace::geometry::specular_connection::{Caster, CasterKind, geometry_term};
-use whitefurnace::integrator::{Path, Strategy as Finds};
 use whitefurnace::scene::specular_casters::MAX_CASTERS;
 
 use crate::lanes::scenes::specular_casters;
@@ -252,17 +251,11 @@ fn kinds(parts: impl FnOnce(&mut SceneBuilder)) -> Vec<(CasterKind, f64)> {
         .collect()
 }
 
-pub fn mirror_surface(s: &mut SceneBuilder, reflectance: f64) -> SurfaceId {
-    s.surface(Surface::new(Bsdf::Mirror {
-        reflectance: DVec3::splat(reflectance),
-    }))
-}
-
 #[test]
 fn casters_are_whole_spheres_and_flat_mirrors() {
     let ball = |index: f64, sphere: Sphere| {
         kinds(|s| {
-            let glass = s.surface(Surface::new(Bsdf::Glass { index }));
+            let glass = s.surface(glass(index));
             s.sphere(sphere, glass);
         })
     };
@@ -275,19 +268,10 @@ fn casters_are_whole_spheres_and_flat_mirrors() {
     assert_eq!(ball(0.7, whole), []);
     assert_eq!(ball(1.0, whole), []);
     assert_eq!(ball(1.5, inward(whole)), []);
-    assert_eq!(
-        ball(
-            1.5,
-            Sphere {
-                zone: [0.0, f64::INFINITY],
-                ..whole
-            }
-        ),
-        []
-    );
+    assert_eq!(ball(1.5, between_heights(whole, [0.0, f64::INFINITY])), []);
     let mirrors = |reflectance: f64| {
         kinds(|s| {
-            let mirror = mirror_surface(s, reflectance);
+            let mirror = s.surface(reflecting(reflectance));
             s.sphere(whole, mirror);
             simple::closed_cube(s, 3.0, false, mirror);
         })
@@ -300,7 +284,7 @@ fn casters_are_whole_spheres_and_flat_mirrors() {
     let flat = |parts: &[(f64, f64)], count: u32| {
         kinds(|s| {
             for (row, &(reflectance, z)) in (0..).zip(parts) {
-                let mirror = mirror_surface(s, reflectance);
+                let mirror = s.surface(reflecting(reflectance));
                 for i in 0..count {
                     s.rectangle(
                         DVec3::new(f64::from(i), f64::from(row), z),
@@ -324,7 +308,7 @@ fn casters_are_whole_spheres_and_flat_mirrors() {
     assert_eq!(flat(&[(0.5, 0.0)], 9), []);
     // The largest are taken.
     let balls = kinds(|s| {
-        let mirror = mirror_surface(s, 0.5);
+        let mirror = s.surface(reflecting(0.5));
         for i in 1..=20 {
             s.sphere(
                 Sphere::new(DVec3::new(0.0, 0.0, 50.0 * f64::from(i)), f64::from(i)),

@@ -9,7 +9,6 @@ use whitefurnace::geometry::specular_connection::{
 use whitefurnace::material::fresnel::{reflect, refract};
 
 use crate::prelude::*;
-use crate::specular_casters::mirror_surface;
 
 const CASES: u32 = 20_000;
 
@@ -291,8 +290,7 @@ fn a_flat_mirror_has_connections_at_its_front() {
     let scene = scene_from(
         Camera::new(DVec3::new(0.0, -9.0, 0.0), DVec3::ZERO, DVec3::Z, 0.5),
         |s| {
-            let mirror = mirror_surface(s, 0.5);
-            s.rectangle(corner, edges, mirror);
+            panel(s, corner, edges, reflecting(0.5));
         },
     );
     let [caster] = scene.specular_casters().all() else {

@@ -144,7 +144,7 @@ fn zones_divide_the_sphere() {
         |((ray, c, r, _), cut): (_, f64)| {
             let whole = Sphere::new(c, r);
             let height = cut * r;
-            let zone = |zone| Sphere { zone, ..whole };
+            let zone = |zone| between_heights(whole, zone);
             let lower = zone([f64::NEG_INFINITY, height]).intersect(&ray, f64::INFINITY);
             let upper = zone([height, f64::INFINITY]).intersect(&ray, f64::INFINITY);
             let first = match (lower, upper) {
@@ -160,10 +160,7 @@ fn zones_divide_the_sphere() {
             assert!(above(upper).is_none_or(|z| z > -rounding));
         },
     );
-    let cap = Sphere {
-        zone: [0.5, f64::INFINITY],
-        ..Sphere::new(DVec3::ZERO, 1.0)
-    };
+    let cap = between_heights(Sphere::new(DVec3::ZERO, 1.0), [0.5, f64::INFINITY]);
     let down = Ray::new(DVec3::new(0.0, 0.0, 3.0), -DVec3::Z);
     let up = Ray::new(DVec3::new(0.0, 0.0, -3.0), DVec3::Z);
     assert_eq!(cap.intersect(&down, 10.0), Some(2.0));
@@ -175,10 +172,7 @@ fn zones_divide_the_sphere() {
     assert_eq!(cap.intersect(&up, 4.0), None, "t_max is exclusive");
     // A level ray at the very border belongs to the upper zone only.
     let level = Ray::new(DVec3::new(-3.0, 0.0, 0.5), DVec3::X);
-    let below = Sphere {
-        zone: [f64::NEG_INFINITY, 0.5],
-        ..cap
-    };
+    let below = between_heights(cap, [f64::NEG_INFINITY, 0.5]);
     assert!(cap.intersect(&level, 10.0).is_some());
     assert_eq!(below.intersect(&level, 10.0), None);
     assert_eq!(cap.heights(), [0.5, 1.0]);

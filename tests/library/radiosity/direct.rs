@@ -65,13 +65,7 @@ fn the_seen_share_of_a_light_is_that_of_its_geometry_terms() {
         });
         let hides = |y: DVec3| y.y + y.z > 0.4;
         let recorder = VisibilityRecorder::new(hides, false);
-        let solved = Radiosity::new(
-            Parts::replaced(&recorder),
-            &scene,
-            resolution(1, 0),
-            &|_| true,
-        )
-        .expect("a solution");
+        let solved = solve_with(Parts::replaced(&recorder), &scene, 1);
         recorder.points.lock().expect("no panic").clear();
         let x = DVec3::new(0.1, 0.2, 0.0);
         let found = irradiance(&solved, &scene, x, -DVec3::Z);
@@ -120,10 +114,7 @@ fn the_seen_share_of_a_light_is_that_of_its_geometry_terms() {
         square(s, 0.5, -1.0, true, lamp(1.0));
     });
     let recorder = VisibilityRecorder::new(|_| false, false);
-    let solved = Radiosity::new(Parts::replaced(&recorder), &dark, resolution(1, 0), &|_| {
-        true
-    })
-    .expect("a solution");
+    let solved = solve_with(Parts::replaced(&recorder), &dark, 1);
     assert_eq!(
         irradiance(&solved, &dark, DVec3::ZERO, -DVec3::Z),
         DVec3::ZERO
@@ -150,10 +141,7 @@ fn the_seen_share_of_a_light_is_that_of_its_geometry_terms() {
 /// near one 8 × 8.
 #[test]
 fn the_light_of_a_sphere_is_that_of_its_parts() {
-    let ball = Sphere {
-        zone: [-0.3, 0.5],
-        ..Sphere::new(DVec3::new(0.9, -0.8, 0.9), 0.95)
-    };
+    let ball = between_heights(Sphere::new(DVec3::new(0.9, -0.8, 0.9), 0.95), [-0.3, 0.5]);
     let with = |surface| {
         scene(|s| {
             square(s, 0.5, -0.45, true, diffuse(0.5));
@@ -177,13 +165,7 @@ fn the_light_of_a_sphere_is_that_of_its_parts() {
     let x = DVec3::new(-0.45, 0.4, -0.45);
     for (divides, side) in [(false, 1), (true, 8)] {
         let recorder = VisibilityRecorder::new(|y| y.x > 0.7, divides);
-        let solved = Radiosity::new(
-            Parts::replaced(&recorder),
-            &scene,
-            resolution(50, 0),
-            &|_| true,
-        )
-        .expect("a solution");
+        let solved = solve_with(Parts::replaced(&recorder), &scene, 50);
         recorder.targets.lock().expect("no panic").clear();
         let found = irradiance(&solved, &scene, x, -DVec3::Z);
         let (mut expected, mut targets) = (0.0, Vec::new());

@@ -77,10 +77,7 @@ fn interpolation_between_nodes_is_exact_for_what_is_linear() {
         DVec3::new(0.1, 0.9, 0.0),
     ];
     let whole = Sphere::new(DVec3::new(0.0, 0.1, 0.2), 0.8);
-    let zone = Sphere {
-        zone: [-0.5, 0.3],
-        ..whole
-    };
+    let zone = between_heights(whole, [-0.5, 0.3]);
     // Number of patches of a triangle, or else of a sphere; whether the field depends on azimuth.
     for (patches, sphere, turns) in [
         (1, None, 0.0),
@@ -107,13 +104,7 @@ fn interpolation_between_nodes_is_exact_for_what_is_linear() {
             None => 3.0 + x.x + 0.7 * x.y,
         };
         let parts = Field(field);
-        let interpolated = Radiosity::new(
-            Parts::replaced(&parts),
-            &scene,
-            resolution(patches, 0),
-            &|_| true,
-        )
-        .expect("a solution");
+        let interpolated = solve_with(Parts::replaced(&parts), &scene, patches);
         let gathered = interpolated.clone().read(ReadOut::Gathered);
         for (i, j) in (0..13 * 13).map(|k| (k / 13, k % 13)) {
             let [u, v] = [i, j].map(|k| f64::from(k) / 12.0);

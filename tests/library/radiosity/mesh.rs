@@ -126,10 +126,7 @@ fn every_patch_has_its_own_area_and_side() {
 /// Bands and columns are as few as possible with none wider than the target.
 #[test]
 fn patches_are_about_as_large_as_was_aimed_at() {
-    let zone = Sphere {
-        zone: [-0.4, 1.3],
-        ..Sphere::new(DVec3::new(0.0, 0.0, 3.0), 1.5)
-    };
+    let zone = between_heights(Sphere::new(DVec3::new(0.0, 0.0, 3.0), 1.5), [-0.4, 1.3]);
     for (sphere, patches) in [(zone, 300), (Sphere::new(DVec3::ZERO, 0.7), 500), (zone, 3)] {
         let scene = scene(|s| ball(s, sphere, diffuse(0.5)));
         let side = (sphere.area() / f64::from(patches)).sqrt();

@@ -58,34 +58,21 @@ fn what_single_precision_would_show_is_refused() {
             "the scene reaches to",
         );
     }
+    let assert_too_small = |scene: &Scene| {
+        let found = check_single_precision(scene);
+        assert_option_refused(found, "too small for single precision");
+    };
     for size in [1e-6, 1.0, 1e6] {
-        let fine = of(size, size / 4097.0, diffuse(0.5));
-        assert_option_refused(
-            check_single_precision(&fine),
-            "too small for single precision",
-        );
+        assert_too_small(&of(size, size / 4097.0, diffuse(0.5)));
         check_single_precision(&of(size, size / 4095.0, diffuse(0.5))).expect("coarse enough");
     }
     // Objects far from the camera, and zones, are refused, too.
-    let far = of(1.0, 0.5, diffuse(0.5)).with_camera(Camera::new(
-        5000.0 * DVec3::X,
-        DVec3::ZERO,
-        DVec3::Z,
-        0.1,
-    ));
-    assert_option_refused(
-        check_single_precision(&far.expect("a camera")),
-        "too small for single precision",
-    );
-    let ring = Sphere {
-        zone: [0.0, 2e-4],
-        ..Sphere::new(DVec3::ZERO, 1.0)
-    };
+    let camera = Camera::new(5000.0 * DVec3::X, DVec3::ZERO, DVec3::Z, 0.1);
+    let far = of(1.0, 0.5, diffuse(0.5)).with_camera(camera);
+    assert_too_small(&far.expect("a camera"));
+    let ring = between_heights(Sphere::new(DVec3::ZERO, 1.0), [0.0, 2e-4]);
     let ring = scene(|scene| ball(scene, ring, diffuse(0.5)));
-    assert_option_refused(
-        check_single_precision(&ring),
-        "too small for single precision",
-    );
+    assert_too_small(&ring);
     // Connected triangles are one object, however fine; an object that is thin in two directions is
     // small.
     let of_mesh = |mesh: &Mesh, scale: DVec3| {
@@ -116,10 +103,7 @@ fn what_single_precision_would_show_is_refused() {
             grey,
         );
     });
-    assert_option_refused(
-        check_single_precision(&sliver),
-        "too small for single precision",
-    );
+    assert_too_small(&sliver);
     // Refused scenes are not rendered.
     let rendered = filled(&singles(path(Finds::Bsdf), plain(1)), &sliver, [2, 2], 0..1);
     assert_option_refused(rendered, "too small for single precision");
