@@ -7,10 +7,7 @@ fn what_no_light_can_tell_apart_is_built() {
     let built = [
         (
             "the same clay twice",
-            vec![
-                (Square(CENTRE, 0.3, true), clay()),
-                (Square(CENTRE, 0.3, false), clay()),
-            ],
+            vec![(PANEL_UP, clay()), (PANEL_DOWN, clay())],
         ),
         (
             "a ball of clay twice",
@@ -70,24 +67,18 @@ fn what_no_light_can_tell_apart_is_built() {
         ),
         (
             "a block on a sheet",
-            vec![
-                (Square([0.0; 3], 2.0, true), clay()),
-                (Cuboid([-0.5, -0.5, 0.0], [0.5; 3], false), chalk()),
-            ],
+            vec![(SHEET, clay()), (BLOCK, chalk())],
         ),
         (
             "a mirror on a sheet",
-            vec![
-                (Square([0.0; 3], 2.0, true), clay()),
-                (Cuboid([-0.5, -0.5, 0.0], [0.5; 3], false), mirror()),
-            ],
+            vec![(SHEET, clay()), (BLOCK, mirror())],
         ),
         (
             "on two tiles",
             vec![
                 (Square([-1.0, 0.0, 0.0], 1.0, true), clay()),
                 (Square([1.0, 0.0, 0.0], 1.0, true), chalk()),
-                (Cuboid([-0.5, -0.5, 0.0], [0.5; 3], false), chalk()),
+                (BLOCK, chalk()),
             ],
         ),
         (
@@ -108,10 +99,7 @@ fn what_no_light_can_tell_apart_is_built() {
         ),
         (
             "a ball on a sheet",
-            vec![
-                (Square([0.0; 3], 2.0, true), clay()),
-                (Ball([0.0, 0.0, 0.5], 0.5), glass()),
-            ],
+            vec![(SHEET, clay()), (Ball([0.0, 0.0, 0.5], 0.5), glass())],
         ),
         (
             "balls in a ball",

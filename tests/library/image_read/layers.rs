@@ -3,101 +3,65 @@
 
 use super::*;
 
-/// Encodes channels of several layers, each with its own value.
-fn named(names: &[&str]) -> Vec<u8> {
-    let channels: Vec<(&str, f32)> = names
-        .iter()
-        .enumerate()
-        .map(|(i, &name)| (name, 1.0 + i as f32))
-        .collect();
+/// Encodes channels with the names in this text, each with its own value.
+fn named(names: &str) -> Vec<u8> {
+    let names = names.split(' ').enumerate();
+    let channels: Vec<(&str, f32)> = names.map(|(i, name)| (name, 1.0 + i as f32)).collect();
     exr(&channels, None)
 }
 
 /// Other programs' channel names for an image, and for the data beside it.
 #[test]
 fn the_image_is_found_by_the_names_that_programs_use() {
-    let beside = [
-        "ViewLayer.Depth.Z",
-        "ViewLayer.Normal.X",
-        "ViewLayer.Normal.Y",
-        "ViewLayer.Normal.Z",
-    ];
-    let combined = [
-        "ViewLayer.Combined.R",
-        "ViewLayer.Combined.G",
-        "ViewLayer.Combined.B",
-        "ViewLayer.Combined.A",
-    ];
+    let beside = "ViewLayer.Depth.Z ViewLayer.Normal.X ViewLayer.Normal.Y ViewLayer.Normal.Z";
+    let combined =
+        "ViewLayer.Combined.R ViewLayer.Combined.G ViewLayer.Combined.B ViewLayer.Combined.A";
     for (names, meaning, first) in [
-        (&["R", "G", "B", "A"][..], ChannelKind::Rgb, "R"),
-        (&["b", "g", "r"], ChannelKind::Rgb, "r"),
-        (&["red", "green", "blue"], ChannelKind::Rgb, "red"),
-        (&[".R", ".G", ".B"], ChannelKind::Rgb, ".R"),
+        ("R G B A", ChannelKind::Rgb, "R"),
+        ("b g r", ChannelKind::Rgb, "r"),
+        ("red green blue", ChannelKind::Rgb, "red"),
+        (".R .G .B", ChannelKind::Rgb, ".R"),
         (
-            &["beauty.[red]", "beauty.[green]", "beauty.[blue]"],
+            "beauty.[red] beauty.[green] beauty.[blue]",
             ChannelKind::Rgb,
             "beauty.[red]",
         ),
+        ("rgb.blue rgb.green rgb.red", ChannelKind::Rgb, "rgb.red"),
         (
-            &["rgb.blue", "rgb.green", "rgb.red"],
-            ChannelKind::Rgb,
-            "rgb.red",
-        ),
-        (
-            &["rgba.Red", "rgba.Green", "rgba.Blue", "rgba.Alpha", "Z"],
+            "rgba.Red rgba.Green rgba.Blue rgba.Alpha Z",
             ChannelKind::Rgb,
             "rgba.Red",
         ),
         (
-            &[
-                "R",
-                "G",
-                "B",
-                "Albedo.R",
-                "Albedo.G",
-                "Albedo.B",
-                "Variance.R",
-                "Variance.G",
-                "Variance.B",
-            ],
+            "R G B Albedo.R Albedo.G Albedo.B Variance.R Variance.G Variance.B",
             ChannelKind::Rgb,
             "R",
         ),
+        ("R G B left.R left.G left.B", ChannelKind::Rgb, "R"),
         (
-            &["R", "G", "B", "left.R", "left.G", "left.B"],
-            ChannelKind::Rgb,
-            "R",
-        ),
-        (
-            &[&combined[..], &beside].concat(),
+            &format!("{combined} {beside}"),
             ChannelKind::Rgb,
             "ViewLayer.Combined.R",
         ),
-        (&["Y"], ChannelKind::Luminance, "Y"),
-        (&["Y", "A", "Z"], ChannelKind::Luminance, "Y"),
+        ("Y", ChannelKind::Luminance, "Y"),
+        ("Y A Z", ChannelKind::Luminance, "Y"),
         (
-            &[
-                "Y", "albedo.R", "albedo.G", "albedo.B", "Normal.X", "Normal.Y", "Normal.Z",
-            ],
+            "Y albedo.R albedo.G albedo.B Normal.X Normal.Y Normal.Z",
             ChannelKind::Luminance,
             "Y",
         ),
-        (&["X", "Y", "Z", "A"], ChannelKind::Xyz, "X"),
+        ("X Y Z A", ChannelKind::Xyz, "X"),
         (
-            &[
-                "X",
-                "Y",
-                "Z",
-                "crypto_object00.r",
-                "crypto_object00.g",
-                "crypto_object00.b",
-            ],
+            "X Y Z crypto_object00.r crypto_object00.g crypto_object00.b",
             ChannelKind::Xyz,
             "X",
         ),
     ] {
         let picture = read(&named(names), None).expect("an image");
-        let place = names.iter().position(|name| *name == first).expect("there");
+        let place = names
+            .split(' ')
+            .position(|name| name == first)
+            .expect("there");
         assert_eq!(
             (picture.kind, &picture.channels[0][..]),
             (meaning, first),
@@ -113,7 +77,7 @@ fn the_image_is_found_by_the_names_that_programs_use() {
             }
         );
     }
-    let picture = read(&named(&[&combined[..], &beside].concat()), None).expect("an image");
+    let picture = read(&named(&format!("{combined} {beside}")), None).expect("an image");
     let reading = "ViewLayer.Combined.R, ViewLayer.Combined.G, ViewLayer.Combined.B as RGB; not read: \
                    ViewLayer.Combined.A, ViewLayer.Depth, ViewLayer.Normal";
     assert_eq!(picture.describe(), reading);
@@ -124,51 +88,32 @@ fn the_image_is_found_by_the_names_that_programs_use() {
 fn what_may_be_another_image_is_refused() {
     for (names, hint) in [
         (
-            &[
-                "Combined.R",
-                "Combined.G",
-                "Combined.B",
-                "DiffDir.R",
-                "DiffDir.G",
-                "DiffDir.B",
-            ][..],
+            "Combined.R Combined.G Combined.B DiffDir.R DiffDir.G DiffDir.B",
             "among: Combined, DiffDir",
         ),
         // Only data that accompanies images.
-        (&["albedo.R", "albedo.G", "albedo.B"], "among: albedo"),
-        (
-            &["Normal.X", "Normal.Y", "Normal.Z", "Depth.Z"],
-            "among: Normal",
-        ),
-        (&["foo.X", "foo.Y", "foo.Z"], "among: foo"),
+        ("albedo.R albedo.G albedo.B", "among: albedo"),
+        ("Normal.X Normal.Y Normal.Z Depth.Z", "among: Normal"),
+        ("foo.X foo.Y foo.Z", "among: foo"),
         // The image is spectral, and the data beside it have three colours.
         (
-            &["S0.400nm", "S0.500nm", "direct.R", "direct.G", "direct.B"],
+            "S0.400nm S0.500nm direct.R direct.G direct.B",
             "among: direct",
         ),
+        ("X Y Z beauty.R beauty.G beauty.B", "among: X,Y,Z, beauty"),
+        ("Y beauty.R beauty.G beauty.B", "among: Y, beauty"),
+        ("Y RY BY", "luminance and chroma"),
+        ("Y RY BY albedo.R albedo.G albedo.B", "luminance and chroma"),
         (
-            &["X", "Y", "Z", "beauty.R", "beauty.G", "beauty.B"],
-            "among: X,Y,Z, beauty",
-        ),
-        (
-            &["Y", "beauty.R", "beauty.G", "beauty.B"],
-            "among: Y, beauty",
-        ),
-        (&["Y", "RY", "BY"], "luminance and chroma"),
-        (
-            &["Y", "RY", "BY", "albedo.R", "albedo.G", "albedo.B"],
-            "luminance and chroma",
-        ),
-        (
-            &["motion.X", "motion.Y"],
+            "motion.X motion.Y",
             "one or three channels, with commas, by --layer among: motion.X, motion.Y",
         ),
         (
-            &["R", "A"],
+            "R A",
             "one or three channels, with commas, by --layer among: A, R",
         ),
         (
-            &["R", "red", "G", "B"],
+            "R red G B",
             "one or three channels, with commas, by --layer among: B, G, R, red",
         ),
     ] {
@@ -176,7 +121,7 @@ fn what_may_be_another_image_is_refused() {
     }
     // Chroma with half the columns: the header says so after the name, four bytes of type and four
     // others.
-    let mut chroma = named(&["Y", "RY", "BY"]);
+    let mut chroma = named("Y RY BY");
     let at = chroma
         .windows(3)
         .position(|bytes| bytes == b"RY\0")
@@ -190,9 +135,7 @@ fn what_may_be_another_image_is_refused() {
         "channel RY has fewer values than pixels: write R, G and B of full size",
     );
     // Every layer that the message offers can be read.
-    let layered = [
-        "X", "Y", "Z", "beauty.R", "beauty.G", "beauty.B", "depth.Z", "ao.Y",
-    ];
+    let layered = "X Y Z beauty.R beauty.G beauty.B depth.Z ao.Y";
     for (layer, meaning, first) in [
         ("X,Y,Z", ChannelKind::Xyz, 1.0),
         ("beauty", ChannelKind::Rgb, 4.0),
@@ -201,7 +144,7 @@ fn what_may_be_another_image_is_refused() {
         ("ao.Y, X, Z", ChannelKind::Three, 8.0),
         ("beauty.B,beauty.G,beauty.R", ChannelKind::Three, 6.0),
     ] {
-        let picture = read(&named(&layered), Some(layer)).expect(layer);
+        let picture = read(&named(layered), Some(layer)).expect(layer);
         assert_eq!(
             (picture.kind, picture.values[0][0]),
             (meaning, first),
@@ -210,7 +153,7 @@ fn what_may_be_another_image_is_refused() {
     }
     for layer in ["depth", "X,Y", "none", "beauty.R,beauty.G,beauty.X"] {
         refused(
-            &named(&layered),
+            &named(layered),
             Some(layer),
             "choose by --layer among: X,Y,Z, ao, beauty",
         );
