@@ -147,7 +147,7 @@ fn pilots_are_small_and_have_numbers_of_their_own() {
 #[test]
 fn pixels_have_the_samples_that_they_are_given() {
     let scene = simple::cornell().expect("a scene");
-    let path = Path::new(Finds::Mis);
+    let path = Path::new(PathStrategy::Mis);
     let sampling = |points| Sampling {
         silhouettes: true,
         ..sampling(Random, SamplerKind::Sobol(points), master())
@@ -213,7 +213,7 @@ fn numbers_of_samples_that_cannot_be_are_refused() {
             let mut film =
                 Film::new([2, 1], None, sampling.samples_per_replication()).expect("a film");
             film.set_sample_counts(counts.to_vec());
-            let path = Path::new(Finds::Mis);
+            let path = Path::new(PathStrategy::Mis);
             assert_option_refused(
                 render(&scene, &path, sampling, &mut film, &range, &|_| true),
                 hint,

@@ -319,9 +319,9 @@ fn walks(scene: &Scene, parts: BadParts) -> Vec<(&'static str, Result<Film, Erro
     let path = |strategy| rays(scene, &Path::new(strategy).with_parts(replaced));
     let gather = final_gather(200, 0.5);
     vec![
-        ("path by BSDF", path(Finds::Bsdf)),
-        ("path by light", path(Finds::Light)),
-        ("path by both", path(Finds::Mis)),
+        ("path by BSDF", path(PathStrategy::Bsdf)),
+        ("path by light", path(PathStrategy::Light)),
+        ("path by both", path(PathStrategy::Mis)),
         (
             "light tracer",
             passes(scene, &LightTracer { parts: replaced }),
@@ -410,7 +410,7 @@ fn the_longest_path_is_no_error() {
     let scene = furnace(0.5);
     let ray = scene.camera().ray(FRAME, 2.5, 2.0);
     let parts = Counting(AtomicU32::new(0));
-    let path = Path::new(Finds::Bsdf).with_parts(Parts::replaced(&parts));
+    let path = Path::new(PathStrategy::Bsdf).with_parts(Parts::replaced(&parts));
     let radiance = path.radiance(
         &scene,
         &ray,

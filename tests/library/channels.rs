@@ -130,9 +130,15 @@ pub fn physical_images(scene: &Scene) -> Vec<(&'static str, Image)> {
     let whitted = Whitted::new(TransportRules::PHYSICAL);
     let (balance, power) = (Heuristic::Balance, Heuristic::Power);
     vec![
-        ("bsdf", rays(scene, &path(Finds::Bsdf, area, balance))),
-        ("light", rays(scene, &path(Finds::Light, area, balance))),
-        ("mis", rays(scene, &path(Finds::Mis, angle, power))),
+        (
+            "bsdf",
+            rays(scene, &path(PathStrategy::Bsdf, area, balance)),
+        ),
+        (
+            "light",
+            rays(scene, &path(PathStrategy::Light, area, balance)),
+        ),
+        ("mis", rays(scene, &path(PathStrategy::Mis, angle, power))),
         ("report", rays(scene, &report)),
         ("whitted", rays(scene, &whitted)),
         ("photon", rays(scene, &photons(Lookup::DirectVisualization))),

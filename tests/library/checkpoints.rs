@@ -113,7 +113,7 @@ fn what_was_stopped_goes_on_to_the_same_film() {
         silhouettes: true,
         ..sampling(Random, SamplerKind::Sobol(points), master())
     };
-    let path = Paths::new(Finds::Mis);
+    let path = Paths::new(PathStrategy::Mis);
     let renderers: [(&str, Box<dyn Renderer>); 3] = [
         (
             "rays",

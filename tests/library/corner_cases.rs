@@ -35,7 +35,7 @@ fn lit(add: impl FnOnce(&mut SceneBuilder, SurfaceId)) -> Scene {
 fn shadow_rays(scene: &Scene, lights: LightSampling, count: u32) -> Vec<f64> {
     let path = Path {
         lights,
-        ..Path::new(Finds::Light)
+        ..Path::new(PathStrategy::Light)
     };
     let down = DVec3::new(0.1, 0.2, -1.0).normalize();
     let ray = Ray::new(-0.05 * down, down);

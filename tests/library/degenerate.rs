@@ -201,9 +201,9 @@ fn renders(scene: &Scene, text: &str, far_apart: bool) {
         ..sampling(Random, SamplerKind::Sobol(2), 1)
     };
     for (strategy, specular_nee) in [
-        (Finds::Mis, false),
-        (Finds::Mis, true),
-        (Finds::Bsdf, false),
+        (PathStrategy::Mis, false),
+        (PathStrategy::Mis, true),
+        (PathStrategy::Bsdf, false),
     ] {
         let path = Path {
             specular_nee,
@@ -222,7 +222,7 @@ fn renders(scene: &Scene, text: &str, far_apart: bool) {
     }
     let by_angle = Path {
         lights: LightSampling::SolidAngle,
-        ..Path::new(Finds::Mis)
+        ..Path::new(PathStrategy::Mis)
     };
     let plain = Sampling {
         silhouettes: false,

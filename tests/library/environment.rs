@@ -152,10 +152,9 @@ fn lanes_follow_a_map() {
         )
     };
     let sampling = sampling(Random, SamplerKind::Independent, master());
-    for (lit, strategy) in [false, true]
-        .into_iter()
-        .flat_map(|lit| [Finds::Bsdf, Finds::Light, Finds::Mis].map(|strategy| (lit, strategy)))
-    {
+    for (lit, strategy) in [false, true].into_iter().flat_map(|lit| {
+        [PathStrategy::Bsdf, PathStrategy::Light, PathStrategy::Mis].map(|strategy| (lit, strategy))
+    }) {
         let scene = scene(lit);
         let path = Path::new(strategy);
         let alone = path.with_parts(Parts::replaced(&ScalarParts));

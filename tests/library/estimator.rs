@@ -47,7 +47,7 @@ fn assert_all_or_nothing(name: &str, values: &[DVec3], expected: f64) {
 
 #[test]
 fn paths_in_a_uniform_environment_see_it() {
-    let path = Path::new(Finds::Mis).with_parts(Parts::replaced(&Unweighted));
+    let path = Path::new(PathStrategy::Mis).with_parts(Parts::replaced(&Unweighted));
     let scene = simple::environment().expect("a scene");
     assert_all_or_nothing("around", &values("environment", &scene, &path, 5000), 1.0);
     let scene = simple::glass_cube(false).expect("a scene");
@@ -61,7 +61,7 @@ fn paths_in_a_uniform_environment_see_it() {
 #[test]
 fn paths_inside_glass_see_the_squared_index() {
     // Rays that meet the faces at right angles leave at once, except for R = 4 %.
-    let path = Path::new(Finds::Mis).with_parts(Parts::replaced(&Unweighted));
+    let path = Path::new(PathStrategy::Mis).with_parts(Parts::replaced(&Unweighted));
     let scene = simple::glass_cube(true).expect("a scene");
     let mut rng = rng("inside glass");
     let values: Vec<_> = (0..3000)
@@ -118,7 +118,7 @@ fn emitters_are_seen_under_each_rule() {
     let back = Ray::new(DVec3::new(4.0, 0.0, 4.9995), -DVec3::Z);
     let mut rng = rng("emitters");
     let scene = room::report(Convention::Physical, OrenNayarForm::Corrected).expect("the room");
-    let path = Path::new(Finds::Mis).with_parts(Parts::replaced(&Unweighted));
+    let path = Path::new(PathStrategy::Mis).with_parts(Parts::replaced(&Unweighted));
     let whitted = Whitted::new(TransportRules::PHYSICAL);
     let report = Report::default();
     for (ray, radiance, shown) in [(front, 50.0, 1.0), (back, 0.0, 0.0)] {
@@ -146,7 +146,7 @@ fn facing_mirrors_end() {
     let mut found = values(
         "facing mirrors",
         &scene,
-        &Path::new(Finds::Mis).with_parts(Parts::replaced(&Unweighted)),
+        &Path::new(PathStrategy::Mis).with_parts(Parts::replaced(&Unweighted)),
         1000,
     );
     found.extend(values("facing mirrors", &scene, &Report::default(), 100));
@@ -200,10 +200,10 @@ fn each_strategy_finds_its_share_of_direct_light() {
         edges: [2.0 * DVec3::Y, 2.0 * DVec3::X],
     };
     let strategies = [
-        (Finds::Bsdf, Heuristic::Balance, 1),
-        (Finds::Light, Heuristic::Balance, 1),
-        (Finds::Mis, Heuristic::Balance, 1),
-        (Finds::Mis, Heuristic::Power, 2),
+        (PathStrategy::Bsdf, Heuristic::Balance, 1),
+        (PathStrategy::Light, Heuristic::Balance, 1),
+        (PathStrategy::Mis, Heuristic::Balance, 1),
+        (PathStrategy::Mis, Heuristic::Power, 2),
     ];
     for (shape, lights) in [within, ball, flat]
         .into_iter()
@@ -241,11 +241,11 @@ fn each_strategy_finds_its_share_of_direct_light() {
             let mut rng = stream(master(), i, 0);
             let found = path.radiance(&scene, &ray, Some(floor), &mut rng.clone()).x;
             let share = |pdf: f64, other: f64| match strategy {
-                Finds::Mis => 1.0 / (1.0 + (other / pdf).powi(power)),
+                PathStrategy::Mis => 1.0 / (1.0 + (other / pdf).powi(power)),
                 _ => 1.0,
             };
             let mut expected = 0.0;
-            if strategy != Finds::Bsdf {
+            if strategy != PathStrategy::Bsdf {
                 let _ = uniform(&mut rng);
                 let random = uniform2(&mut rng);
                 let by_angle = emitter
@@ -265,7 +265,7 @@ fn each_strategy_finds_its_share_of_direct_light() {
                 .spawn_and_trace(&floor, Frame::new(DVec3::Z).world(way))
                 .1
                 .filter(|hit| hit.normal.z < 0.0);
-            if strategy != Finds::Light
+            if strategy != PathStrategy::Light
                 && uniform(&mut rng)
                     < by_throughput(DVec3::splat(albedo / REFERENCE_THROUGHPUT), false)
             {

@@ -82,7 +82,7 @@ fn images_have_the_same_bits() {
     let plain = sampling(Random, SamplerKind::Independent, seed);
     for scene in &scenes {
         let check = |lanes, sampling| assert_same_film(scene, lanes, sampling, None);
-        for strategy in [Finds::Bsdf, Finds::Light, Finds::Mis] {
+        for strategy in [PathStrategy::Bsdf, PathStrategy::Light, PathStrategy::Mis] {
             for (lights, heuristic) in [
                 (LightSampling::Area, Heuristic::Balance),
                 (LightSampling::SolidAngle, Heuristic::Power),
@@ -99,7 +99,7 @@ fn images_have_the_same_bits() {
         let path = Path {
             rr_depth: 2,
             specular_nee: true,
-            ..Path::new(Finds::Mis)
+            ..Path::new(PathStrategy::Mis)
         };
         for (lights, heuristic) in [
             (LightSampling::Area, Heuristic::Balance),
@@ -203,7 +203,7 @@ fn radiances_are_those_of_each_ray_alone() {
         };
         let path = Path {
             specular_nee: true,
-            ..Path::new(Finds::Mis)
+            ..Path::new(PathStrategy::Mis)
         };
         let each = |Sample { ray, hit, mut rng }| path.radiance(&scene, &ray, hit, &mut rng);
         let alone: Vec<DVec3> = (0..100).map(sample).map(each).collect();
@@ -247,7 +247,7 @@ fn what_is_no_radiance_is_an_error_at_its_pixel() {
         let camera = Camera::new(DVec3::new(0.0, -3.5, 0.0), DVec3::ZERO, DVec3::Z, 0.2);
         let scene = s.build(camera).expect("a legal scene");
         let sampling = sampling(Jitter(4), SamplerKind::Independent, 1);
-        let path = Path::new(Finds::Mis);
+        let path = Path::new(PathStrategy::Mis);
         let film = || Film::new([1, 1], None, 16).expect("a legal size");
         let alone = render(&scene, &path, sampling, &mut film(), &(0..1), &|_| true)
             .expect_err("an invalid radiance");
@@ -274,7 +274,7 @@ fn what_is_no_radiance_is_an_error_at_its_pixel() {
 fn rows_are_reported() {
     let (scene, path) = (
         room_of_all_materials(),
-        LaneEstimator::Path(Path::new(Finds::Mis)),
+        LaneEstimator::Path(Path::new(PathStrategy::Mis)),
     );
     let sampling = sampling(Random, SamplerKind::Independent, 1);
     let mut film = Film::new([8, 6], None, 1).expect("a legal size");

@@ -17,7 +17,7 @@ pub use whitefurnace::integrator::radiosity::MeshResolution;
 pub use whitefurnace::integrator::{
     Bdpt, Bidirectional, DefaultParts, Estimator, FiniteElements, Heuristic, ImageEstimator,
     LightTracer, Lookup, NextEvent, Parts, Path, PhotonMapping, Photons, Published, Radiosity,
-    Report, Sppm, Strategy as Finds, TransportRules, Whitted,
+    Report, Sppm, Strategy as PathStrategy, TransportRules, Whitted,
 };
 pub use whitefurnace::light::emitter::{Emitter, EmitterShape, LightSampling};
 pub use whitefurnace::material::{Bsdf, OrenNayar, OrenNayarForm, Scattering, lambert};

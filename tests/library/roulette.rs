@@ -73,7 +73,7 @@ fn the_first_hits_of_a_path_are_early() {
         ASKED.take();
         let path = Path {
             rr_depth: early,
-            ..Path::new(Finds::Bsdf).with_parts(Parts::replaced(&PolicyRecorder))
+            ..Path::new(PathStrategy::Bsdf).with_parts(Parts::replaced(&PolicyRecorder))
         };
         path.radiance(
             &scene,

@@ -275,7 +275,7 @@ fn every_vertex_has_a_block_of_its_own() {
         recorder.blocks
     };
     let hit = scene.intersect(&ray);
-    let path = Path::new(Finds::Bsdf).with_parts(Parts::replaced(&EndOnlyIfFaint));
+    let path = Path::new(PathStrategy::Bsdf).with_parts(Parts::replaced(&EndOnlyIfFaint));
     let by_path = blocks(&|rng| path.radiance(&scene, &ray, hit, rng));
     let photons = PhotonMapping::new(
         Parts::replaced(&EndOnlyIfFaint),

@@ -157,7 +157,7 @@ fn lights_in_mirrors_have_silhouettes_and_no_noise() {
         silhouettes: true,
         ..sampling(Random, SamplerKind::Independent, master())
     };
-    let path = Path::new(Finds::Mis);
+    let path = Path::new(PathStrategy::Mis);
     let film = rendered(&scene, &path, frame, sampling, &[0..16]).expect("legal values");
     for (here, (&marked, pixel)) in marked.iter().zip(film.pixels()).enumerate() {
         let [x, y] = [here as u32 % frame[0], here as u32 / frame[0]].map(f64::from);
@@ -379,7 +379,7 @@ fn points_are_nets_of_their_own() {
 fn films_take_the_points() {
     let scene = lights(&[EmitterShape::Triangle(TRIANGLE)]);
     let frame = FRAME.map(|n| 4 * n);
-    let path = Path::new(Finds::Mis);
+    let path = Path::new(PathStrategy::Mis);
     let sampling = |silhouettes| Sampling {
         silhouettes,
         ..sampling(Jitter(2), SamplerKind::Independent, master())

@@ -34,7 +34,7 @@ fn plain(seed: u64) -> Sampling {
 fn walk(rr_depth: u32) -> LaneEstimator<'static> {
     LaneEstimator::Path(Path {
         rr_depth,
-        ..Path::new(Finds::Bsdf)
+        ..Path::new(PathStrategy::Bsdf)
     })
 }
 
@@ -216,15 +216,35 @@ fn all_estimators() -> Vec<LaneEstimator<'static>> {
         })
     };
     vec![
-        path(Finds::Mis, LightSampling::Importance, Heuristic::Power, 8),
-        path(Finds::Mis, LightSampling::SolidAngle, Heuristic::Balance, 0),
+        path(
+            PathStrategy::Mis,
+            LightSampling::Importance,
+            Heuristic::Power,
+            8,
+        ),
+        path(
+            PathStrategy::Mis,
+            LightSampling::SolidAngle,
+            Heuristic::Balance,
+            0,
+        ),
         LaneEstimator::Path(Path {
             specular_nee: true,
             rr_depth: 8,
-            ..Path::new(Finds::Mis)
+            ..Path::new(PathStrategy::Mis)
         }),
-        path(Finds::Light, LightSampling::Area, Heuristic::Balance, 0),
-        path(Finds::Bsdf, LightSampling::Area, Heuristic::Balance, 0),
+        path(
+            PathStrategy::Light,
+            LightSampling::Area,
+            Heuristic::Balance,
+            0,
+        ),
+        path(
+            PathStrategy::Bsdf,
+            LightSampling::Area,
+            Heuristic::Balance,
+            0,
+        ),
         LaneEstimator::Report(Report {
             rules: TransportRules::PHYSICAL,
             ..Report::default()

@@ -13,12 +13,12 @@ fn estimators() -> [LaneEstimator<'static>; 4] {
     let path = |strategy| Path::new(strategy);
     let specular_nee = Path {
         specular_nee: true,
-        ..path(Finds::Mis)
+        ..path(PathStrategy::Mis)
     };
     [
-        path(Finds::Mis),
-        path(Finds::Bsdf),
-        path(Finds::Light),
+        path(PathStrategy::Mis),
+        path(PathStrategy::Bsdf),
+        path(PathStrategy::Light),
         specular_nee,
     ]
     .map(LaneEstimator::Path)

@@ -47,13 +47,13 @@ fn tilted() -> Scene {
 #[test]
 fn every_shape_is_its_pixels() {
     let scene = tilted();
-    let path = Path::new(Finds::Mis);
+    let path = Path::new(PathStrategy::Mis);
     for frame in FRAMES {
         for numbers in [SamplerKind::Independent, SamplerKind::Sobol(3)] {
             let sampling = sampling(Random, numbers, master());
             let lanes = lanes(LaneEstimator::Path(path), sampling, Precision::Double);
             let alone = RayRenderer {
-                estimator: Path::new(Finds::Mis).with_parts(Parts::replaced(&ScalarParts)),
+                estimator: Path::new(PathStrategy::Mis).with_parts(Parts::replaced(&ScalarParts)),
                 sampling,
             };
             let film = |window| Film::new(frame, window, numbers.samples()).expect("a legal size");
@@ -153,7 +153,7 @@ fn particles_reach_their_pixels_in_every_shape() {
 #[test]
 fn many_samples_are_the_sum_of_their_parts() {
     let scene = scene(|s| s.background(DVec3::new(1.0, 0.5, 0.25)));
-    let path = Path::new(Finds::Mis);
+    let path = Path::new(PathStrategy::Mis);
     for (numbers, replications) in [
         (SamplerKind::Independent, (1 << 16) + 3),
         (SamplerKind::Sobol(MAX_POINTS), 2),

@@ -67,7 +67,7 @@ fn shadow_rays_in_glass_have_the_radiance_factor() {
     };
     let [air, dense] = [1.0, 1.5].map(|index| lit(index).with_camera(camera).expect("a scene"));
     let down = Ray::new(3.0 * DVec3::Z, -DVec3::Z);
-    for strategy in [Finds::Light, Finds::Mis] {
+    for strategy in [PathStrategy::Light, PathStrategy::Mis] {
         let path = Path::new(strategy).with_parts(Parts::replaced(&All(0.0)));
         let [found, known] = [&dense, &air].map(|scene| values(scene, &path, &down));
         assert!(known.iter().all(|value| *value > 0.0));

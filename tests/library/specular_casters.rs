@@ -110,7 +110,7 @@ fn on_patch(bounces: Option<u32>, parts: &[&dyn Fn(&mut SceneBuilder)]) -> f64 {
     let path = Path {
         specular_nee: true,
         bounces,
-        ..Path::new(Finds::Mis)
+        ..Path::new(PathStrategy::Mis)
     };
     let one_by_one = path.with_parts(Parts::replaced(&ScalarParts));
     let alone = rendered(&scene, &one_by_one, [16, 16], sampling, &[0..40]).expect("legal values");
@@ -219,7 +219,7 @@ fn a_path_between_two_overlapping_balls_is_no_connection() {
     let ray = Ray::new(DVec3::new(0.2, 0.0, 0.0), -DVec3::X);
     let path = Path {
         specular_nee: true,
-        ..Path::new(Finds::Mis).with_parts(Parts::replaced(&NoWeight))
+        ..Path::new(PathStrategy::Mis).with_parts(Parts::replaced(&NoWeight))
     };
     let mut rng = rng("paths");
     let sum: f64 = (0..10_000)

@@ -114,9 +114,9 @@ fn supports_paths(row: &Row) -> bool {
 
 fn path_of(row: &Row) -> Path<'static> {
     let strategy = match row.get("finds") {
-        "bsdf" => Finds::Bsdf,
-        "light" => Finds::Light,
-        _ => Finds::Mis,
+        "bsdf" => PathStrategy::Bsdf,
+        "light" => PathStrategy::Light,
+        _ => PathStrategy::Mis,
     };
     Path {
         lights: match row.get("lights") {

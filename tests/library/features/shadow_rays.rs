@@ -181,7 +181,7 @@ impl NextEvent for ShadowRayFollower<'_> {
     fn mis_power_weight(&self, pdf: f64, other: f64) -> f64 {
         self.mis_weight(pdf, other)
     }
-    fn counts_emission(&self, strategy: Finds, sampled: bool) -> bool {
+    fn counts_emission(&self, strategy: PathStrategy, sampled: bool) -> bool {
         self.hit(None);
         DefaultParts.counts_emission(strategy, sampled)
     }
@@ -356,7 +356,7 @@ struct LastScatteringRecorder {
 default_parts!(LastScatteringRecorder: Roulette, Photons, Bidirectional, FiniteElements);
 
 impl NextEvent for LastScatteringRecorder {
-    fn counts_emission(&self, strategy: Finds, sampled: bool) -> bool {
+    fn counts_emission(&self, strategy: PathStrategy, sampled: bool) -> bool {
         let [last, any] = *self.last_and_any.lock().expect("no thread has panicked");
         assert_eq!(sampled, if self.rules.caustics { last } else { any });
         DefaultParts.counts_emission(strategy, sampled)

@@ -27,7 +27,7 @@ fn ball_on_a_plane(reach: f64) -> Scene {
 fn what_is_refused_is_wrong_and_what_is_taken_is_right() {
     for (reach, taken) in [(16.0, true), (1000.0, true), (4000.0, true), (1e6, false)] {
         let scene = ball_on_a_plane(reach);
-        let estimator = LaneEstimator::Path(Path::new(Finds::Bsdf));
+        let estimator = LaneEstimator::Path(Path::new(PathStrategy::Bsdf));
         assert_eq!(check_single_precision(&scene).is_ok(), taken, "{reach}");
         let [double, single] = [Precision::Double, Precision::UncheckedSingle].map(|precision| {
             let lanes = lanes(estimator, plain(master()), precision);
@@ -105,7 +105,12 @@ fn what_single_precision_would_show_is_refused() {
     });
     assert_too_small(&sliver);
     // Refused scenes are not rendered.
-    let rendered = filled(&singles(path(Finds::Bsdf), plain(1)), &sliver, [2, 2], 0..1);
+    let rendered = filled(
+        &singles(path(PathStrategy::Bsdf), plain(1)),
+        &sliver,
+        [2, 2],
+        0..1,
+    );
     assert_option_refused(rendered, "too small for single precision");
     for built_in in [
         room::report(Convention::Physical, OrenNayarForm::Corrected),
@@ -128,7 +133,7 @@ fn what_single_precision_would_show_is_refused() {
 fn replaced_parts_are_not_rendered_in_single_precision() {
     let scene = ball_on_a_plane(16.0);
     for precision in [Precision::Single, Precision::UncheckedSingle] {
-        let path = Path::new(Finds::Bsdf).with_parts(Parts::replaced(&ScalarParts));
+        let path = Path::new(PathStrategy::Bsdf).with_parts(Parts::replaced(&ScalarParts));
         let lanes = lanes(LaneEstimator::Path(path), plain(master()), precision);
         assert_option_refused(
             lanes.prepare(&scene, [32, 24]).map(|_| ()),
