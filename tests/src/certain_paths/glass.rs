@@ -3,7 +3,7 @@
 
 use whitefurnace::integrator::{Lookup, TransportRules};
 
-use crate::certain_paths::eye::{Eye, HITS, PARTICLES, UNBOUNDED_RADIUS};
+use crate::certain_paths::eye::{Eye, PARTICLES, UNBOUNDED_RADIUS};
 use crate::certain_paths::{ENDLESS, every_pixel_known};
 use crate::glass::{GLASS, INDEX};
 use crate::prelude::*;
@@ -25,7 +25,8 @@ fn glass(name: &str, height: f64, half: f64, up: bool, [wall, ball]: [Surface; 2
     })
 }
 
-const EQUILIBRIUM: &[&str] = &[
+/// Names of the trials, in the order of [`Eye::all`].
+const EQUILIBRIUM: [&str; 6] = [
     "glass/equilibrium/path",
     "glass/equilibrium/photons",
     "glass/equilibrium/sppm",
@@ -47,51 +48,25 @@ pub(super) fn equilibrium() -> Vec<FamilyTrial<EstimatorSubject>> {
         (glass("within, outwards", 0.5, 1.0, true, surfaces), n2),
         (glass("from outside", 1.4, 0.25, false, surfaces), 1.0),
     ];
-    let family_trial = |name, by: &str, subject, eye| {
+    let family_trial = |(name, eye): (_, Eye)| {
         every_pixel_known(
             name,
-            subject,
             &REFRACTION,
             format!("in thermal equilibrium the radiance is {n2} within glass and 1 outside"),
-            format!("what lies in glass is n² too bright or too dark {by}"),
+            format!(
+                "what lies in glass is n² too bright or too dark by {}",
+                eye.method()
+            ),
             eye,
             scenes.to_vec(),
         )
     };
-    let photons = Eye::Photons(Lookup::DirectVisualization);
-    vec![
-        family_trial(EQUILIBRIUM[0], "by path tracing", "integrator::Path", HITS),
-        family_trial(
-            EQUILIBRIUM[1],
-            "by photon mapping",
-            "integrator::PhotonMapping",
-            photons,
-        ),
-        family_trial(
-            EQUILIBRIUM[2],
-            "by progressive photon mapping",
-            "integrator::Sppm",
-            Eye::Sppm,
-        ),
-        family_trial(
-            EQUILIBRIUM[3],
-            "by bidirectional path tracing",
-            "integrator::Bdpt",
-            Eye::Bdpt,
-        ),
-        family_trial(
-            RULED[0],
-            "by the report's method",
-            "integrator::Report",
-            Eye::Rays(EstimatorKind::Report(MAX_SEGMENTS)),
-        ),
-        family_trial(
-            RULED[1],
-            "by Whitted's ray tracing",
-            "integrator::Whitted",
-            Eye::Rays(EstimatorKind::Whitted(MAX_SEGMENTS)),
-        ),
-    ]
+    let eyes = Eye::all(MAX_SEGMENTS);
+    EQUILIBRIUM
+        .into_iter()
+        .zip(eyes)
+        .map(family_trial)
+        .collect()
 }
 
 /// Trials of photons beyond glass: light of a ball in the glass that is looked up on the wall from
@@ -118,7 +93,6 @@ pub(super) fn photon_lookups() -> Vec<FamilyTrial<EstimatorSubject>> {
     let family_trial = |name, consequence, lookup| {
         every_pixel_known(
             name,
-            "integrator::PhotonMapping",
             &REFRACTION,
             format!("photons of {flux:.6} beyond glass look n² as bright from within"),
             consequence,
@@ -173,7 +147,7 @@ pub(super) fn factors(
 
 /// Faults of the trials of equilibrium.
 pub(super) fn faults() -> Vec<Fault<EstimatorSubject>> {
-    let mut faults = factors(ENDLESS, EQUILIBRIUM);
+    let mut faults = factors(ENDLESS, &EQUILIBRIUM);
     let rules = TransportRules {
         radiance_factor: false,
         ..TransportRules::PHYSICAL

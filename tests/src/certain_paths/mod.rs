@@ -13,7 +13,6 @@
 mod eye;
 mod glass;
 
-use whitefurnace::integrator::Lookup;
 use whitefurnace::integrator::photon::photon_map::{PhotonMap, PhotonMapKind};
 
 use crate::certain_paths::eye::{Eye, HITS, PARTICLES};
@@ -134,7 +133,6 @@ fn cavity(name: &str, bsdf: Bsdf, eye: DVec3) -> Arc<Scene> {
 /// Returns a trial of [`EveryPixelKnown`].
 fn every_pixel_known(
     name: &str,
-    subject: &'static str,
     equation: &'static Equation,
     property: String,
     consequence: impl Into<String>,
@@ -146,7 +144,7 @@ fn every_pixel_known(
         property,
         consequence,
         equation,
-        subject,
+        eye.path(),
         "exact",
         with_parts(EveryPixelKnown { eye, scenes }),
     )
@@ -187,82 +185,55 @@ const EYE_OUTSIDE: DVec3 = DVec3::new(0.0, -5.0, 0.0);
 fn long() -> Vec<FamilyTrial<EstimatorSubject>> {
     let all = 1.0 / (1.0 - ALBEDO);
     let cut = all * (1.0 - ALBEDO.powi(SEGMENTS as i32));
-    let mirrors = |name, by: &str, subject, eye, expected: f64| {
-        let scene = cavity("mirrors", mirror(ALBEDO), EYE_INSIDE);
-        let property =
-            format!("between mirrors of {ALBEDO} that emit 1 every path sees {expected:.6}");
-        every_pixel_known(
-            name,
-            subject,
-            &PATH_LENGTH,
-            property,
-            format!("a hall of mirrors is too dark {by}, as deep reflections are cut"),
-            eye,
-            vec![(scene, expected)],
-        )
-    };
     let diffuse = every_pixel_known(
         "furnace/long/path",
-        "integrator::Path",
         &PATH_LENGTH,
         format!("in a diffuse cavity of albedo {ALBEDO} every path sees {all:.6}"),
         "white rooms are too dark, as very long paths are cut without saying so",
         HITS,
         vec![(cavity("diffuse cavity", lambert(ALBEDO), EYE_INSIDE), all)],
     );
-    let photons = Eye::Photons(Lookup::DirectVisualization);
-    let mapping = "integrator::PhotonMapping";
-    let flux = PI * 4.0 * PI * all;
-    vec![
-        diffuse,
-        mirrors(MIRRORS[0], "by path tracing", "integrator::Path", HITS, all),
-        mirrors(MIRRORS[1], "by photon mapping", mapping, photons, all),
-        mirrors(
-            MIRRORS[2],
-            "by progressive photon mapping",
-            "integrator::Sppm",
-            Eye::Sppm,
-            all,
-        ),
-        mirrors(
-            MIRRORS[3],
-            "by bidirectional path tracing",
-            "integrator::Bdpt",
-            Eye::Bdpt,
-            all,
-        ),
-        mirrors(
-            LIMITED[0],
-            "by the report's method",
-            "integrator::Report",
-            Eye::Rays(EstimatorKind::Report(SEGMENTS)),
-            cut,
-        ),
-        mirrors(
-            LIMITED[1],
-            "by Whitted's ray tracing",
-            "integrator::Whitted",
-            Eye::Rays(EstimatorKind::Whitted(SEGMENTS)),
-            cut,
-        ),
-        particle_sum(
-            "furnace/long/photon-map",
-            "white rooms are too dark by photon mapping, as particles stop too early",
-            "integrator::photon::photon_map::PhotonMap",
-            false,
-            flux,
-            EYE_INSIDE,
-        ),
-    ]
+    let mirrors = |(name, eye): (_, Eye)| {
+        let scene = cavity("mirrors", mirror(ALBEDO), EYE_INSIDE);
+        let expected = if eye.is_limited() { cut } else { all };
+        let property =
+            format!("between mirrors of {ALBEDO} that emit 1 every path sees {expected:.6}");
+        every_pixel_known(
+            name,
+            &PATH_LENGTH,
+            property,
+            format!(
+                "a hall of mirrors is too dark by {}, as deep reflections are cut",
+                eye.method()
+            ),
+            eye,
+            vec![(scene, expected)],
+        )
+    };
+    let photon_map = particle_sum(
+        "furnace/long/photon-map",
+        "white rooms are too dark by photon mapping, as particles stop too early",
+        "integrator::photon::photon_map::PhotonMap",
+        false,
+        PI * 4.0 * PI * all,
+        EYE_INSIDE,
+    );
+    let mut trials = vec![diffuse];
+    trials.extend(MIRRORS.into_iter().zip(Eye::all(SEGMENTS)).map(mirrors));
+    trials.push(photon_map);
+    trials
 }
 
-const MIRRORS: [&str; 4] = [
+/// Names of the trials between mirrors, in the order of [`Eye::all`].
+const MIRRORS: [&str; 6] = [
     "furnace/mirrors/path",
     "furnace/mirrors/photons",
     "furnace/mirrors/sppm",
     "furnace/mirrors/bdpt",
+    "furnace/mirrors/report",
+    "furnace/mirrors/whitted",
 ];
-const LIMITED: [&str; 2] = ["furnace/mirrors/report", "furnace/mirrors/whitted"];
+/// Trials of estimators without a limit on segments.
 const UNLIMITED: &[&str] = &[
     "furnace/long/path",
     MIRRORS[0],
@@ -277,8 +248,8 @@ const LONG: &[&str] = &[
     MIRRORS[1],
     MIRRORS[2],
     MIRRORS[3],
-    LIMITED[0],
-    LIMITED[1],
+    MIRRORS[4],
+    MIRRORS[5],
     "furnace/long/photon-map",
 ];
 const PARTICLE: &[&str] = &["furnace/long/light-tracer"];
