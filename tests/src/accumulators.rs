@@ -92,58 +92,40 @@ fn known_values(context: &Context, summary: Summary) -> Vec<Outcome> {
     )]
 }
 
-fn moments_of(a: &[f64], b: &[f64], keep: fn(f64) -> bool) -> Moments {
-    a.iter().chain(b).copied().filter(|&v| keep(v)).collect()
-}
-
 fn faults() -> Vec<Fault<Summary>> {
-    let fault = |name, wrong, summary: Summary| {
-        let rejected_by: &[&str] = &["accumulator/known-values"];
-        fault(name, &ESTIMATOR, wrong, summary, rejected_by)
-    };
     vec![
-        fault(
-            "divided-by-n",
-            "the variance is divided by n for n − 1",
-            |a, b| {
+        fault!("divided-by-n", ESTIMATOR, "the variance is divided by n for n − 1",
+            = |a, b| {
                 let n = (a.len() + b.len()) as f64;
                 let [mean, variance, _] = summary(a, b);
                 let variance = variance * (n - 1.0) / n;
                 [mean, variance, (variance / n).sqrt()]
             },
-        ),
-        fault(
-            "lost-renormalised",
-            "the mean is divided by the samples that were not lost",
-            |a, b| of(moments_of(a, b, |v| v != 0.0)),
-        ),
-        fault(
-            "mean-of-means",
-            "two parts of different size count alike",
-            |a, b| {
+            "accumulator/known-values"),
+        fault!("lost-renormalised", ESTIMATOR, "the mean is divided by the samples that were not lost",
+            = |a, b| of(a.iter().chain(b).copied().filter(|&v| v != 0.0).collect()),
+            "accumulator/known-values"),
+        fault!("mean-of-means", ESTIMATOR, "two parts of different size count alike",
+            = |a, b| {
                 let [_, variance, error] = summary(a, b);
                 let mean = 0.5 * (summary(a, &[])[0] + summary(b, &[])[0]);
                 [mean, variance, error]
             },
-        ),
-        fault(
-            "merge-without-shift",
-            "merging forgets the difference of the means",
-            |a, b| {
+            "accumulator/known-values"),
+        fault!("merge-without-shift", ESTIMATOR, "merging forgets the difference of the means",
+            = |a, b| {
                 let n = (a.len() + b.len()) as f64;
                 let squares = |v: &[f64]| two_passes(v)[1] * (v.len() as f64 - 1.0);
                 let variance = (squares(a) + squares(b)) / (n - 1.0);
                 [summary(a, b)[0], variance, (variance / n).sqrt()]
             },
-        ),
-        fault(
-            "error-not-divided",
-            "the standard deviation for the standard error",
-            |a, b| {
+            "accumulator/known-values"),
+        fault!("error-not-divided", ESTIMATOR, "the standard deviation for the standard error",
+            = |a, b| {
                 let [mean, variance, _] = summary(a, b);
                 [mean, variance, variance.sqrt()]
             },
-        ),
+            "accumulator/known-values"),
     ]
 }
 

@@ -4,7 +4,7 @@ use whitefurnace::geometry::shape::{
     sphere_distances, sphere_distances_printed, triangle_point, triangle_residual,
 };
 
-use crate::geometry::{CORRECT, Corners, Shapes, Solution, Tuv, readable, watertight};
+use crate::geometry::{CORRECT, Corners, Shapes, Tuv, readable, watertight};
 use crate::prelude::*;
 
 /// Faults of rays, triangles and spheres.
@@ -44,21 +44,6 @@ fn front(ray: &Ray, v: Corners) -> bool {
 }
 
 fn triangle_faults() -> Vec<Fault<Shapes>> {
-    let of = |name, wrong, triangle: Solution, rejected_by| {
-        fault(
-            name,
-            &TRIANGLE_SOLUTION,
-            wrong,
-            Shapes {
-                triangle,
-                ..CORRECT
-            },
-            rejected_by,
-        )
-    };
-    let solution =
-        |name, wrong, triangle| of(name, wrong, triangle, &["geometry/triangle-solution"]);
-    let edges = |name, wrong, triangle| of(name, wrong, triangle, &["geometry/triangle-edges"]);
     vec![
         fault!("normalised", RAY, "the direction is normalised on the way",
             Shapes: { at: |ray, t| ray.origin + t * ray.direction.normalize() }, "geometry/ray"),
@@ -67,69 +52,46 @@ fn triangle_faults() -> Vec<Fault<Shapes>> {
         fault!("plus-direction", TRIANGLE_SYSTEM, "D for −D",
             Shapes: { residual: |ray, v, t, u, w| triangle_residual(ray, v, -t, u, w) },
             "geometry/triangle-system"),
-        solution(
-            "parallelogram",
-            "the edge opposite the first vertex is not tested",
-            parallelogram,
-        ),
-        solution("behind", "t > 0 is not tested", behind),
-        solution("beyond", "the limit of t is not tested", |ray, v, _| {
-            watertight(ray, v, f64::INFINITY)
-        }),
-        solution(
-            "threshold",
-            "an absolute threshold on the determinant",
-            |ray, v, limit| {
+        fault!("parallelogram", TRIANGLE_SOLUTION, "the edge opposite the first vertex is not tested",
+            Shapes: { triangle: parallelogram }, "geometry/triangle-solution"),
+        fault!("behind", TRIANGLE_SOLUTION, "t > 0 is not tested",
+            Shapes: { triangle: behind }, "geometry/triangle-solution"),
+        fault!("beyond", TRIANGLE_SOLUTION, "the limit of t is not tested",
+            Shapes: { triangle: |ray, v, _| watertight(ray, v, f64::INFINITY) }, "geometry/triangle-solution"),
+        fault!("threshold", TRIANGLE_SOLUTION, "an absolute threshold on the determinant",
+            Shapes: { triangle: |ray, v, limit| {
                 let determinant = ray.direction.cross(v[2] - v[0]).dot(v[1] - v[0]);
                 watertight(ray, v, limit).filter(|_| determinant.abs() > 1e-8)
-            },
-        ),
-        solution(
-            "weights-exchanged",
-            "the weights of the second and third vertex exchanged",
-            |ray, v, limit| watertight(ray, v, limit).map(|(t, u, w)| (t, w, u)),
-        ),
-        solution(
-            "weights-turned",
-            "each weight belongs to the next vertex",
-            |ray, v, limit| watertight(ray, v, limit).map(|(t, u, w)| (t, w, 1.0 - u - w)),
-        ),
-        solution(
-            "culled",
-            "triangles seen from behind are left out",
-            |ray, v, limit| watertight(ray, v, limit).filter(|_| front(ray, v)),
-        ),
-        solution(
-            "wound-the-other-way",
-            "triangles seen from the front are left out",
-            |ray, v, limit| watertight(ray, v, limit).filter(|_| !front(ray, v)),
-        ),
-        solution(
-            "distance-for-t",
-            "the distance, for t in units of the direction's length",
-            |ray, v, limit| {
+            } },
+            "geometry/triangle-solution"),
+        fault!("weights-exchanged", TRIANGLE_SOLUTION, "the weights of the second and third vertex exchanged",
+            Shapes: { triangle: |ray, v, limit| watertight(ray, v, limit).map(|(t, u, w)| (t, w, u)) },
+            "geometry/triangle-solution"),
+        fault!("weights-turned", TRIANGLE_SOLUTION, "each weight belongs to the next vertex",
+            Shapes: { triangle: |ray, v, limit| watertight(ray, v, limit).map(|(t, u, w)| (t, w, 1.0 - u - w)) },
+            "geometry/triangle-solution"),
+        fault!("culled", TRIANGLE_SOLUTION, "triangles seen from behind are left out",
+            Shapes: { triangle: |ray, v, limit| watertight(ray, v, limit).filter(|_| front(ray, v)) },
+            "geometry/triangle-solution"),
+        fault!("wound-the-other-way", TRIANGLE_SOLUTION, "triangles seen from the front are left out",
+            Shapes: { triangle: |ray, v, limit| watertight(ray, v, limit).filter(|_| !front(ray, v)) },
+            "geometry/triangle-solution"),
+        fault!("distance-for-t", TRIANGLE_SOLUTION, "the distance, for t in units of the direction's length",
+            Shapes: { triangle: |ray, v, limit| {
                 let (t, u, w) = watertight(ray, v, limit)?;
                 Some((t * ray.direction.length(), u, w))
-            },
-        ),
-        solution(
-            "depth-of-corner",
-            "t of the first vertex, not of all three by their weights",
-            depth_of_corner,
-        ),
-        edges(
-            "open-edges",
-            "zero counts as outside: a ray through an edge meets neither side",
-            |ray, v, limit| {
-                watertight(ray, v, limit)
-                    .filter(|(_, u, w)| *u > 0.0 && *w > 0.0 && 1.0 - u - w > 0.0)
-            },
-        ),
-        edges(
-            "not-watertight",
+            } },
+            "geometry/triangle-solution"),
+        fault!("depth-of-corner", TRIANGLE_SOLUTION, "t of the first vertex, not of all three by their weights",
+            Shapes: { triangle: depth_of_corner }, "geometry/triangle-solution"),
+        fault!("open-edges", TRIANGLE_SOLUTION, "zero counts as outside: a ray through an edge meets neither side",
+            Shapes: { triangle: |ray, v, limit| {
+                watertight(ray, v, limit).filter(|(_, u, w)| *u > 0.0 && *w > 0.0 && 1.0 - u - w > 0.0)
+            } },
+            "geometry/triangle-edges"),
+        fault!("not-watertight", TRIANGLE_SOLUTION,
             "the readable form, whose neighbours round an edge each in its own way",
-            readable,
-        ),
+            Shapes: { triangle: readable }, "geometry/triangle-edges"),
     ]
 }
 
