@@ -4,7 +4,6 @@ use whitefurnace::harness::bsdf_checkup::{CheckUp, Loss, check_up};
 use whitefurnace::harness::directions::Precision;
 use whitefurnace::harness::directions::own_pdf::OwnPdfs;
 use whitefurnace::harness::domain::MASS_TOLERANCE;
-use whitefurnace::integrator::Sample;
 use whitefurnace::material::Model;
 use whitefurnace::material::ggx::{
     Ggx, ndf, sample_visible_normal, smith_g2, smith_lambda, visible_normal_pdf,
@@ -17,7 +16,7 @@ use crate::bsdf::{Cases, as_rendered, at_every_angle, integrals};
 use crate::mean_radiance::largest;
 use crate::prelude::*;
 use crate::scenes::{floor, ray_to_origin_at, scene};
-use crate::subject::{self, in_batches};
+use crate::subject::{self, estimates};
 
 /// The functions of the model, so that each can be replaced.
 #[derive(Clone, Copy, Debug)]
@@ -117,19 +116,10 @@ fn on_a_floor(context: &Context, parts: GgxParts) -> Vec<Outcome> {
         floor(s, Bsdf::model(Assembled(metal, parts)));
     });
     let ray = ray_to_origin_at(INCLINATION);
-    let path = Path::new(Strategy::Bsdf);
+    let path = Box::new(Path::new(Strategy::Bsdf));
     let wo = from_spherical(INCLINATION, 0.0);
     let reference = reflected(metal, wo);
-    let mut radiance = in_batches(context.seed_of("radiance"), |rngs| {
-        path.radiances(
-            &scene,
-            &mut rngs.map(|rng| Sample {
-                ray,
-                hit: None,
-                rng: rng.into(),
-            }),
-        )
-    });
+    let mut radiance = estimates(context.seed_of("radiance"), &scene, path, |_| ray);
     vec![mean_of(
         "radiance",
         reference,

@@ -2,12 +2,12 @@
 //! against the path tracer.
 
 use whitefurnace::harness::mean::welch;
-use whitefurnace::integrator::{Bdpt, Connections, ImageEstimator, LightTracer, Sample};
+use whitefurnace::integrator::{Bdpt, Connections, ImageEstimator, LightTracer};
 use whitefurnace::sampling::sampler::{ImagePass, SamplerKind};
 
 use crate::prelude::*;
 use crate::scenes::mean_channel;
-use crate::subject::in_batches;
+use crate::subject::estimates;
 
 /// An estimator of whole images.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -224,18 +224,14 @@ impl Property for SameAsPath {
         let [width, height] = *frame;
         let mut pixels = (0..width * height).cycle();
         // One camera ray through a random point of each pixel in turn.
-        let mut radiance = in_batches(context.seed_of("path tracer"), |rngs| {
-            let mut samples = rngs.zip(&mut pixels).map(|(mut rng, pixel)| {
-                let [x, y] = uniform2(&mut rng);
-                let [column, row] = [pixel % width, pixel / width].map(f64::from);
-                Sample {
-                    ray: scene.camera().ray(*frame, column + x, row + y),
-                    hit: None,
-                    rng: rng.into(),
-                }
-            });
-            Path::default().radiances(scene, &mut samples)
-        });
+        let ray = |rng: &mut Stream| {
+            let pixel = pixels.next().expect("at least one pixel");
+            let [x, y] = uniform2(rng);
+            let [column, row] = [pixel % width, pixel / width].map(f64::from);
+            scene.camera().ray(*frame, column + x, row + y)
+        };
+        let (seed, by) = (context.seed_of("path tracer"), Box::new(Path::default()));
+        let mut radiance = estimates(seed, scene, by, ray);
         let path = Values::collect(0.0, context.n(self.frames), || {
             let sum: DVec3 = (0..width * height).map(|_| radiance()).sum();
             mean_channel(scene, sum) / f64::from(width * height)
@@ -278,16 +274,4 @@ pub fn same_as_path(
         "Welch",
         with_parts(same),
     )
-}
-
-/// Returns a trial that changes its subject first, faulty or not.
-pub fn with_altered_subject(
-    family_trial: FamilyTrial<EstimatorSubject>,
-    alter: impl Fn(EstimatorSubject) -> EstimatorSubject + Send + Sync + 'static,
-) -> FamilyTrial<EstimatorSubject> {
-    let inner = Arc::clone(&family_trial.on);
-    FamilyTrial {
-        on: Arc::new(move |context, subject| inner(context, alter(subject))),
-        ..family_trial
-    }
 }

@@ -223,11 +223,10 @@ pub fn hall() -> FamilyTrial<EstimatorSubject> {
         "integrator::Path",
         "chi-square, empirical Bernstein",
         move |context: &Context, subject: EstimatorSubject| {
-            let table = PartTable {
+            let subject = subject.altered(|table| PartTable {
                 survival_by_throughput: |_, _| SURVIVAL,
-                ..subject.parts.unwrap_or(CORRECT)
-            };
-            let subject = subject.with(table);
+                ..table
+            });
             let mut radiance =
                 probe.radiances(subject.configuration(), context.seed_of("radiance"));
             against_the_law(context.n(PATHS), 4, || radiance().x)

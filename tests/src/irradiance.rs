@@ -6,7 +6,7 @@ use whitefurnace::integrator::Heuristic;
 use whitefurnace::light::light_sampler::PowerLightSampler;
 
 use crate::form_factors;
-use crate::mean_radiance::{Draws, MeanRadiance};
+use crate::mean_radiance::Draws;
 use crate::prelude::*;
 use crate::scenes::{
     FLOOR, LIGHT, NEAR, RECTANGLE, SMALL_LIGHT, TRIANGLE, corners, half_hidden_light, near_light,
@@ -14,6 +14,7 @@ use crate::scenes::{
     three_lights, triangle_light,
 };
 use crate::streams::frequencies;
+use crate::subject::with_altered_parts;
 
 /// Radiance that the floor reflects of an irradiance, given as E/L, of a light of radiance
 /// [`LIGHT`].
@@ -182,38 +183,13 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
 
 /// Trials of one strategy of the path tracer, with the other removed and all the MIS weight.
 fn strategies() -> Vec<FamilyTrial<EstimatorSubject>> {
-    let alone = |name,
-                 consequence,
-                 how,
-                 scene,
-                 polygon: &[_],
-                 scrambles,
-                 alone: fn(PartTable) -> PartTable| {
+    let alone = |name, consequence, how, scene: &_, polygon: &[_], scrambles, alone: fn(_) -> _| {
         let reference = reflected(polygon_irradiance(polygon));
         let property = format!("{how} alone: a floor reflects {reference:.6} of a square light");
-        let probe = Probe {
-            scene,
-            kind: EstimatorKind::Path,
-            ray: |_| ray_to_origin(),
-        };
-        let mean = MeanRadiance {
-            probe,
-            reference,
-            delta: CLOSED_FORM_DELTA,
-            draws: Draws::Scrambles(scrambles),
-        };
-        trial(
-            name,
-            property,
-            consequence,
-            &MIS,
-            "integrator::Path",
-            "t",
-            move |context: &Context, subject: EstimatorSubject| {
-                let subject = subject.with(alone(subject.parts.unwrap_or(CORRECT)));
-                mean.run(context, subject.configuration())
-            },
-        )
+        let both = radiance(name, &MIS, scene, EstimatorKind::Path, |_| ray_to_origin())
+            .states(property, consequence)
+            .by_scrambles(reference, CLOSED_FORM_DELTA, scrambles);
+        with_altered_parts(both, alone)
     };
     // A horizontal direction has pdf 0, so the path ends after its shadow ray.
     let shadow_rays = |table| PartTable {
@@ -226,13 +202,12 @@ fn strategies() -> Vec<FamilyTrial<EstimatorSubject>> {
         mis_weight: |_, _| 1.0,
         ..table
     };
-    let far = rectangle_light(false);
     vec![
         alone(
             "irradiance/shadow-rays-alone",
             "shadow rays bring too much or too little light: lit floors and shadows are off",
             "by shadow rays",
-            far,
+            &rectangle_light(false),
             &RECTANGLE,
             11_000,
             shadow_rays,
@@ -241,7 +216,7 @@ fn strategies() -> Vec<FamilyTrial<EstimatorSubject>> {
             "irradiance/hits-alone",
             "lamps that paths hit by chance count too much or too little: a glow near them",
             "by hits",
-            near_light(),
+            &near_light(),
             &NEAR,
             47_000,
             hits,

@@ -9,6 +9,7 @@ use whitefurnace::sampling::sampler::{Sobol, scramble};
 
 use crate::prelude::*;
 use crate::scenes::mean_channel;
+use crate::subject::in_batches;
 
 /// Relative δ of single estimators with closed forms.
 pub const CLOSED_FORM_DELTA: f64 = 0.003;
@@ -84,54 +85,47 @@ pub enum Draws {
 /// Rays per scramble.
 const POINTS: u16 = 16;
 /// Scrambles per batch.
-const BATCH_SIZE: u32 = 16;
+const BATCH_SIZE: usize = 16;
 
 impl Property for MeanRadiance {
     fn run(&self, context: &Context, setup: Configuration<'_>) -> Vec<Outcome> {
-        let Probe { scene, kind, .. } = &self.probe;
-        let outcome = match self.draws {
+        let Probe { scene, kind, ray } = &self.probe;
+        let outcome = |n, value: &mut dyn FnMut() -> f64| {
+            let n = context.n(n);
+            vec![mean_of("radiance", self.reference, self.delta, n, value)]
+        };
+        match self.draws {
             Draws::Rays(n) => {
                 let mut radiance = self.probe.radiances(setup, context.seed_of("radiance"));
-                mean_of("radiance", self.reference, self.delta, context.n(n), || {
-                    mean_channel(scene, radiance())
-                })
+                outcome(n, &mut || mean_channel(scene, radiance()))
             }
             Draws::Scrambles(n) => {
                 let (mut rng, seed) = (context.rng("radiance"), context.seed_of("points"));
-                let (mut means, mut next) = (Vec::new().into_iter(), 0);
-                let value = || {
-                    means.next().unwrap_or_else(|| {
-                        let names = (next..next + BATCH_SIZE)
-                            .flat_map(|scramble| (0..POINTS).map(move |i| (scramble, i)));
-                        next += BATCH_SIZE;
-                        let rays = names.map(|(number, index)| {
-                            let fill = stream(seed, index.into(), number);
-                            (
-                                (self.probe.ray)(&mut rng),
-                                Sobol::new(index, scramble(seed, 0, number), fill),
-                            )
-                        });
-                        let radiances = kind.radiances(setup, scene, rays);
-                        let mean = |points: &[DVec3]| {
-                            points
-                                .iter()
-                                .map(|point| mean_channel(scene, *point))
-                                .sum::<f64>()
-                                / f64::from(POINTS)
-                        };
-                        means = radiances
-                            .chunks(POINTS.into())
-                            .map(mean)
-                            .collect::<Vec<_>>()
-                            .into_iter();
-                        means.next().expect("a mean of each scramble")
-                    })
-                };
-                mean_of("radiance", self.reference, self.delta, context.n(n), value)
+                let mut scrambles = 0..;
+                let mut mean = in_batches(|| {
+                    let batch = scrambles.by_ref().take(BATCH_SIZE);
+                    let points = batch.flat_map(|number| points(seed, 0, number, POINTS));
+                    let rays = points.map(|point| (ray(&mut rng), point));
+                    let radiances = kind.radiances(setup, scene, rays);
+                    let mean = |points: &[DVec3]| {
+                        let values = points.iter().map(|point| mean_channel(scene, *point));
+                        values.sum::<f64>() / f64::from(POINTS)
+                    };
+                    radiances.chunks(POINTS.into()).map(mean).collect()
+                });
+                outcome(n, &mut mean)
             }
-        };
-        vec![outcome]
+        }
     }
+}
+
+/// Returns points of one scrambled Sobol' sequence. Strands and numbers have scrambles of their
+/// own.
+pub fn points(seed: u64, strand: u32, number: u32, count: u16) -> impl Iterator<Item = Sobol> {
+    (0..count).map(move |index| {
+        let fill = stream(seed, strand << 16 | u32::from(index), number);
+        Sobol::new(index, scramble(seed, strand, number), fill)
+    })
 }
 
 /// Returns the path in the library of an estimator.

@@ -2,13 +2,13 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use whitefurnace::integrator::{Bidirectional, FiniteElements, NextEvent, Photons, Report, Sample};
+use whitefurnace::integrator::{Bidirectional, FiniteElements, NextEvent, Photons, Report};
 use whitefurnace::sampling::roulette::Roulette;
 
 use crate::furnace::inside;
 use crate::prelude::*;
 use crate::scenes::{lambert, sphere_furnace};
-use crate::subject::in_batches;
+use crate::subject::estimates;
 
 /// Albedo of the furnace.
 const ALBEDO: f64 = 0.5;
@@ -52,14 +52,8 @@ struct Mean(SampleRays);
 impl Property for Mean {
     fn run(&self, context: &Context, setup: Configuration<'_>) -> Vec<Outcome> {
         let reference = (1.0 - ALBEDO.powi(SEGMENTS as i32 + 1)) / (1.0 - ALBEDO);
-        let mut radiance = in_batches(context.seed_of("radiance"), |rngs| {
-            let mut samples = rngs.map(|mut rng| Sample {
-                ray: inside(&mut rng),
-                hit: None,
-                rng: rng.into(),
-            });
-            self.0.report(setup).radiances(&self.0.scene, &mut samples)
-        });
+        let report = Box::new(self.0.report(setup));
+        let mut radiance = estimates(context.seed_of("radiance"), &self.0.scene, report, inside);
         vec![mean_of(
             "radiance",
             reference,

@@ -25,6 +25,8 @@ use whitefurnace::sampling::sampler::{SampleStream, Sampler};
 use whitefurnace::scene::Scene;
 use whitefurnace::scene::specular_casters::SpecularCaster;
 
+use crate::faults::FamilyTrial;
+
 macro_rules! table {
     ($($group:ident {
         $($name:ident($($argument:ident: $kind:ty),*) -> $result:ty;)*
@@ -129,10 +131,11 @@ pub struct EstimatorSubject {
 }
 
 impl EstimatorSubject {
-    /// Returns the subject with this table of parts.
-    pub fn with(self, table: PartTable) -> Self {
+    /// Returns the subject with its table of parts changed.
+    #[must_use]
+    pub fn altered(self, change: impl FnOnce(PartTable) -> PartTable) -> Self {
         Self {
-            parts: Some(table),
+            parts: Some(change(self.parts.unwrap_or(CORRECT))),
             ..self
         }
     }
@@ -207,6 +210,18 @@ pub fn with_parts<Q: Property>(
     move |context, subject| property.run(context, subject.configuration())
 }
 
+/// Returns a trial that changes the parts of its subject first, faulty or not.
+pub fn with_altered_parts(
+    family_trial: FamilyTrial<EstimatorSubject>,
+    change: impl Fn(PartTable) -> PartTable + Send + Sync + 'static,
+) -> FamilyTrial<EstimatorSubject> {
+    let inner = Arc::clone(&family_trial.on);
+    FamilyTrial {
+        on: Arc::new(move |context, subject| inner(context, subject.altered(&change))),
+        ..family_trial
+    }
+}
+
 /// An estimator of radiance along rays, with its own limit on segments.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EstimatorKind {
@@ -275,11 +290,7 @@ impl EstimatorKind {
         scene: &Scene,
         rays: impl Iterator<Item = (Ray, R)>,
     ) -> Vec<DVec3> {
-        let mut samples = rays.map(|(ray, rng)| Sample {
-            ray,
-            hit: None,
-            rng: rng.into(),
-        });
+        let mut samples = rays.map(|(ray, rng)| sample(ray, rng));
         self.estimator(setup).radiances(scene, &mut samples)
     }
 
@@ -307,32 +318,50 @@ pub struct Probe {
 }
 
 impl Probe {
-    /// Returns a source of estimates, one per call, each from a new ray and a random stream of its
-    /// own under this seed. They are made in batches that keep all lanes busy.
+    /// Returns a source of estimates along new rays, as [`estimates`] does.
     pub fn radiances<'a>(&'a self, setup: Configuration<'a>, seed: u64) -> impl FnMut() -> DVec3 {
-        in_batches(seed, move |rngs| {
-            let rays = rngs.map(|mut rng| ((self.ray)(&mut rng), rng));
-            self.kind.radiances(setup, &self.scene, rays)
-        })
+        estimates(seed, &self.scene, self.kind.estimator(setup), self.ray)
+    }
+}
+
+/// Returns a sample along a ray whose hit is not known yet.
+pub fn sample(ray: Ray, rng: impl Into<SampleStream>) -> Sample {
+    Sample {
+        ray,
+        hit: None,
+        rng: rng.into(),
     }
 }
 
 /// Number of estimates in a batch.
 const BATCH: u64 = 1024;
 
-/// Returns a source of values, one per call, that are made in batches, each with a random stream of
-/// its own under this seed.
-pub fn in_batches(
+/// Returns a source of estimates, one per call, each along a new ray and from a random stream of
+/// its own under this seed. They are made in batches that keep all lanes busy.
+pub fn estimates<'a>(
     seed: u64,
-    mut batch: impl FnMut(&mut dyn Iterator<Item = Stream>) -> Vec<DVec3>,
-) -> impl FnMut() -> DVec3 {
-    let (mut values, mut next) = (Vec::new().into_iter(), 0);
+    scene: &'a Scene,
+    estimator: Box<dyn Estimator + 'a>,
+    mut ray: impl FnMut(&mut Stream) -> Ray + 'a,
+) -> impl FnMut() -> DVec3 + 'a {
+    let mut next = 0;
+    in_batches(move || {
+        let mut samples = (next..next + BATCH).map(|i| {
+            let mut rng = stream(seed, (i >> 32) as u32, i as u32);
+            sample(ray(&mut rng), rng)
+        });
+        next += BATCH;
+        estimator.radiances(scene, &mut samples)
+    })
+}
+
+/// Returns a source of values, one per call, that are made in batches.
+pub fn in_batches<T>(mut batch: impl FnMut() -> Vec<T>) -> impl FnMut() -> T {
+    let mut values = Vec::new().into_iter();
     move || {
         values.next().unwrap_or_else(|| {
-            let mut rngs = (next..next + BATCH).map(|i| stream(seed, (i >> 32) as u32, i as u32));
-            next += BATCH;
-            values = batch(&mut rngs).into_iter();
-            values.next().expect("a value for each stream")
+            values = batch().into_iter();
+            values.next().expect("a value in each batch")
         })
     }
 }

@@ -197,9 +197,9 @@ fn same_mean(context: &Context, probe: &Probe, subject: EstimatorSubject) -> Vec
     OTHER_POLICIES
         .iter()
         .map(|&(name, survival_by_throughput, paths)| {
-            let subject = subject.with(PartTable {
+            let subject = subject.altered(|table| PartTable {
                 survival_by_throughput,
-                ..subject.parts.unwrap_or(CORRECT)
+                ..table
             });
             let mut radiance = probe.radiances(subject.configuration(), context.seed_of(name));
             let other = Values::collect(reference, context.n(paths), || radiance().x);

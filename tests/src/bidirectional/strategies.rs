@@ -6,48 +6,32 @@ use whitefurnace::integrator::Density;
 use crate::bidirectional::scenes::KnownImage;
 use crate::bidirectional::{SQUARE, Size, mean, scenes};
 use crate::image_mean::ImageEstimatorKind::Bdpt;
-use crate::image_mean::with_altered_subject;
 use crate::prelude::*;
+use crate::subject::with_altered_parts;
 
-/// Returns the subject with another MIS weight, so that chosen strategies have all the weight or
-/// none.
-fn weighted(
-    subject: EstimatorSubject,
-    strategy_weight: fn(&[Density], usize) -> f64,
-) -> EstimatorSubject {
-    EstimatorSubject {
-        parts: Some(PartTable {
-            strategy_weight,
-            ..subject.parts.unwrap_or(CORRECT)
-        }),
-        ..subject
-    }
-}
+/// An MIS weight.
+type Weight = fn(&[Density], usize) -> f64;
 
-/// Selects one strategy: weight 1 for paths of `length` vertices besides the eye, `s` of them from
+/// Selects one strategy: weight 1 for paths of `LENGTH` vertices besides the eye, `S` of them from
 /// the light.
-macro_rules! only {
-    ($length:literal, $s:literal) => {
-        |subject| {
-            weighted(subject, |path, s| {
-                f64::from(path.len() == $length && s == $s)
-            })
-        }
-    };
+fn only<const LENGTH: usize, const S: usize>(path: &[Density], s: usize) -> f64 {
+    f64::from(path.len() == LENGTH && s == S)
 }
 
 /// Trials in which one strategy alone finds all the light of the paths that it makes.
 pub(super) fn alone() -> Vec<FamilyTrial<EstimatorSubject>> {
-    let floor =
-        |name, consequence, what, scene, count, only: fn(EstimatorSubject) -> EstimatorSubject| {
-            let size = Size {
-                frame: SQUARE,
-                count,
-                delta: IMAGE_DELTA,
-            };
-            let family_trial = mean(name, consequence, Bdpt, &MIS, what, scene, size);
-            with_altered_subject(family_trial, only)
+    let floor = |name, consequence, what, scene, count, strategy_weight: Weight| {
+        let size = Size {
+            frame: SQUARE,
+            count,
+            delta: IMAGE_DELTA,
         };
+        let family_trial = mean(name, consequence, Bdpt, &MIS, what, scene, size);
+        with_altered_parts(family_trial, move |table| PartTable {
+            strategy_weight,
+            ..table
+        })
+    };
     let mut trials = vec![
         floor(
             "bidirectional/alone/hits",
@@ -55,7 +39,7 @@ pub(super) fn alone() -> Vec<FamilyTrial<EstimatorSubject>> {
             "a floor under a near light, by hits alone",
             scenes::near(),
             7_000,
-            only!(2, 0),
+            only::<2, 0>,
         ),
         floor(
             "bidirectional/alone/shadow-rays",
@@ -63,7 +47,7 @@ pub(super) fn alone() -> Vec<FamilyTrial<EstimatorSubject>> {
             "a floor under a square light, by shadow rays alone",
             scenes::rectangle(false),
             7_000,
-            only!(2, 1),
+            only::<2, 1>,
         ),
         floor(
             "bidirectional/alone/seen-particles",
@@ -71,7 +55,7 @@ pub(super) fn alone() -> Vec<FamilyTrial<EstimatorSubject>> {
             "a floor under a square light, by particles that the camera sees",
             scenes::rectangle(false),
             8_000,
-            only!(2, 2),
+            only::<2, 2>,
         ),
     ];
     trials.extend(
@@ -79,25 +63,25 @@ pub(super) fn alone() -> Vec<FamilyTrial<EstimatorSubject>> {
             (
                 "bidirectional/alone/sphere-hits",
                 "indirect light is wrong where eye paths hit a lamp at their end",
-                only!(4, 0) as fn(EstimatorSubject) -> EstimatorSubject,
+                only::<4, 0> as Weight,
             ),
             (
                 "bidirectional/alone/sphere-shadow-rays",
                 "indirect light is wrong where eye paths end in a shadow ray",
-                only!(4, 1),
+                only::<4, 1>,
             ),
             (
                 "bidirectional/alone/sphere-inner-connections",
                 "indirect light is wrong where an eye path and a light path join half way",
-                only!(4, 2),
+                only::<4, 2>,
             ),
             (
                 "bidirectional/alone/sphere-first-connections",
                 "indirect light is wrong where light paths join what the eye sees first",
-                only!(4, 3),
+                only::<4, 3>,
             ),
         ]
-        .map(|(name, consequence, only)| sphere(name, consequence, only)),
+        .map(|(name, consequence, weight)| sphere(name, consequence, weight)),
     );
     trials
 }
@@ -108,7 +92,7 @@ pub(super) fn alone() -> Vec<FamilyTrial<EstimatorSubject>> {
 fn sphere(
     name: &'static str,
     consequence: &'static str,
-    only: fn(EstimatorSubject) -> EstimatorSubject,
+    strategy_weight: Weight,
 ) -> FamilyTrial<EstimatorSubject> {
     let rho: f64 = 0.5;
     let image = KnownImage {
@@ -122,15 +106,10 @@ fn sphere(
     };
     let what = "light that a sphere reflects three times, by one strategy alone";
     let family_trial = mean(name, consequence, Bdpt, &PATH_DENSITY, what, image, size);
-    with_altered_subject(family_trial, move |subject| {
-        let table = only(subject).parts.unwrap_or(CORRECT);
-        EstimatorSubject {
-            parts: Some(PartTable {
-                survival_by_throughput: |throughput, _| f64::from(throughput.x > 0.1),
-                ..table
-            }),
-            ..subject
-        }
+    with_altered_parts(family_trial, move |table| PartTable {
+        strategy_weight,
+        survival_by_throughput: |throughput, _| f64::from(throughput.x > 0.1),
+        ..table
     })
 }
 

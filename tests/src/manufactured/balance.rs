@@ -17,12 +17,12 @@ use whitefurnace::integrator::NextEvent as _;
 use whitefurnace::light::emitter::LightSampling;
 
 use crate::cie::{parallel_corner, upright_corner};
-use crate::mean_radiance::path;
+use crate::mean_radiance::{path, points};
 use crate::prelude::*;
 use crate::scenes::{panel, seen_by};
 use crate::strategies::path_with;
 
-use super::{points, with_altered_albedo};
+use super::with_altered_albedo;
 
 /// Lengths of the edges.
 const SIZE: [f64; 3] = [1.0, 1.4, 0.8];

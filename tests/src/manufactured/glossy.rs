@@ -13,11 +13,10 @@ use whitefurnace::material::rough_glass::RoughGlass;
 use whitefurnace::sampling::sampler::{ImagePass, SamplerKind};
 
 use crate::image_mean::{ImageEstimatorKind, not_an_image};
-use crate::mean_radiance::path;
+use crate::mean_radiance::{path, points};
 use crate::prelude::*;
 
 use super::patch::{GLASS, METAL, Patch};
-use super::points;
 
 /// Radiance that each zone sends along the view by way of the patch, integrated once for all
 /// faults.

@@ -9,19 +9,7 @@ mod glossy;
 pub mod patch;
 mod zones;
 
-use whitefurnace::sampling::rng::stream;
-use whitefurnace::sampling::sampler::{Sobol, scramble};
-
 use crate::prelude::*;
-
-/// Returns points of one scrambled Sobol' sequence. Strands and numbers have scrambles of their
-/// own.
-fn points(seed: u64, strand: u32, number: u32, count: u16) -> impl Iterator<Item = Sobol> {
-    (0..count).map(move |index| {
-        let fill = stream(seed, strand << 16 | u32::from(index), number);
-        Sobol::new(index, scramble(seed, strand, number), fill)
-    })
-}
 
 /// Returns a BRDF with the albedo that `altered` gives the diffuse wall with one of these albedos;
 /// other surfaces keep theirs.

@@ -3,14 +3,14 @@
 
 use glam::DVec3;
 use whitefurnace::harness::mean::welch;
-use whitefurnace::integrator::{NextEvent, Sample};
+use whitefurnace::integrator::NextEvent;
 use whitefurnace::sampling::rng::seed_for;
 
 use super::relations::Relation;
 use super::technique::{Images, RESOLUTION, Technique};
 use super::{Case, Render, differing_pixels, generate, images_of};
 use crate::prelude::*;
-use crate::subject::in_batches;
+use crate::subject::estimates;
 
 /// δ relative to the image mean.
 const DELTA: f64 = 0.05;
@@ -52,18 +52,12 @@ fn radiances(parts: Parts<'_>, side: &[Render], seed: u64, count: u64) -> Values
     for (number, Render { part, scene }) in side.iter().enumerate() {
         let path = part.technique.path(parts).expect("a path tracer");
         let seed = seed_for(seed, &format!("render {number}"));
-        renders.push(in_batches(seed, move |rngs| {
-            let sample = |mut rng: Stream| {
-                let [x, y] = uniform2(&mut rng);
-                let [width, height] = RESOLUTION.map(f64::from);
-                Sample {
-                    ray: scene.camera().ray(RESOLUTION, width * x, height * y),
-                    hit: None,
-                    rng: rng.into(),
-                }
-            };
-            path.radiances(scene, &mut rngs.map(sample))
-        }));
+        let ray = |rng: &mut Stream| {
+            let [x, y] = uniform2(rng);
+            let [width, height] = RESOLUTION.map(f64::from);
+            scene.camera().ray(RESOLUTION, width * x, height * y)
+        };
+        renders.push(estimates(seed, scene, Box::new(path), ray));
     }
     let sum = || renders.iter_mut().map(|next| next().dot(WEIGHTS)).sum();
     Values::collect(0.0, count, sum)

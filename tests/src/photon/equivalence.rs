@@ -2,7 +2,7 @@
 //! the bias of photon mapping.
 
 use whitefurnace::harness::mean::welch;
-use whitefurnace::integrator::{Lookup, PhotonMapping, Sample};
+use whitefurnace::integrator::{Lookup, PhotonMapping};
 use whitefurnace::sampling::rng::stream;
 use whitefurnace::scene::room::diffuse;
 
@@ -10,7 +10,7 @@ use crate::photon::faults::HALVED;
 use crate::photon::scenes;
 use crate::prelude::*;
 use crate::scenes::valid;
-use crate::subject::in_batches;
+use crate::subject::{estimates, sample};
 
 /// Compares the mean radiance along random rays by final gathering with that by the path tracer.
 struct SameRadiance {
@@ -29,15 +29,8 @@ struct SameRadiance {
 impl Property for SameRadiance {
     fn run(&self, context: &Context, setup: Configuration<'_>) -> Vec<Outcome> {
         let scene = &*self.scene;
-        let path = Path::default();
-        let sample = |mut rng: Stream| Sample {
-            ray: (self.ray)(&mut rng),
-            hit: None,
-            rng: rng.into(),
-        };
-        let mut along = in_batches(context.seed_of("paths"), |rngs| {
-            path.radiances(scene, &mut rngs.map(sample))
-        });
+        let path = Box::new(Path::default());
+        let mut along = estimates(context.seed_of("paths"), scene, path, self.ray);
         let paths = Values::collect(0.0, context.n(self.paths), || along().x);
         let centre = paths.moments.mean();
         let seed = context.seed_of("maps");
@@ -57,7 +50,10 @@ impl Property for SameRadiance {
             ) else {
                 return f64::NAN;
             };
-            let mut samples = (0..self.rays).map(|ray| sample(stream(seed, index, ray as u32)));
+            let mut samples = (0..self.rays).map(|ray| {
+                let mut rng = stream(seed, index, ray as u32);
+                sample((self.ray)(&mut rng), rng)
+            });
             let seen = photons.radiances(scene, &mut samples);
             index += 1;
             seen.iter().map(|radiance| radiance.x).sum::<f64>() / self.rays as f64

@@ -1,12 +1,13 @@
 //! The values that trials of photons average: of independent maps and of series of passes.
 
 use whitefurnace::integrator::photon::photon_map::{PhotonMap, PhotonMapKind};
-use whitefurnace::integrator::{ImageEstimator, Lookup, PhotonMapping, Sample, Sppm};
+use whitefurnace::integrator::{ImageEstimator, Lookup, PhotonMapping, Sppm};
 use whitefurnace::sampling::rng::stream;
 use whitefurnace::sampling::sampler::{ImagePass, SamplerKind};
 
 use crate::prelude::*;
 use crate::scenes::mean_channel;
+use crate::subject::sample;
 
 /// Computes one value of a trial from the stream (seed, index).
 pub(super) trait Replication: Send + Sync + 'static {
@@ -85,12 +86,9 @@ impl Replication for Mapping {
         ) else {
             return f64::NAN;
         };
-        let sample = |(number, &ray)| Sample {
-            ray,
-            hit: None,
-            rng: stream(seed, index, number).into(),
-        };
-        let seen = photons.radiances(&self.scene, &mut (0..).zip(&self.rays).map(sample));
+        let rays = (0..).zip(&self.rays);
+        let mut samples = rays.map(|(number, &ray)| sample(ray, stream(seed, index, number)));
+        let seen = photons.radiances(&self.scene, &mut samples);
         let sum: f64 = seen
             .into_iter()
             .map(|radiance| mean_channel(&self.scene, radiance))

@@ -11,11 +11,10 @@ use std::collections::HashMap;
 use rand::RngExt;
 use whitefurnace::harness::images::{PixelStatistics, welch_map};
 use whitefurnace::harness::mean::MIN_SYMMETRIC_VALUES;
-use whitefurnace::sampling::rng::stream;
-use whitefurnace::sampling::sampler::{Sobol, scramble};
 use whitefurnace::sampling::warp::uniform_hemisphere;
 use whitefurnace::scene::file::Description;
 
+use crate::mean_radiance::points;
 use crate::prelude::*;
 use crate::scenes::valid;
 
@@ -202,18 +201,13 @@ struct SameAsReference {
 impl SameAsReference {
     /// Returns the mean of each tile in one replication.
     fn replication(&self, setup: Configuration<'_>, seed: u64, number: u32) -> Vec<f64> {
-        let samples = (0..SIZE[1]).flat_map(|y| (0..SIZE[0]).map(move |x| [x, y]));
-        let samples = samples.flat_map(|tile| (0..POINTS).map(move |index| (tile, index)));
-        let rays = samples.map(|([x, y], index)| {
-            let tile = y * SIZE[0] + x;
-            let fill = stream(seed, tile << 16 | u32::from(index), number);
-            let mut points = Sobol::new(index, scramble(seed, tile, number), fill);
-            let [u, v]: [f64; 2] = [points.random(), points.random()];
-            let ray = self
-                .scene
-                .camera()
-                .ray(SIZE, f64::from(x) + u, f64::from(y) + v);
-            (ray, points)
+        let camera = self.scene.camera();
+        let tiles = (0..SIZE[1]).flat_map(|y| (0..SIZE[0]).map(move |x| [x, y]));
+        let rays = tiles.flat_map(|[x, y]| {
+            points(seed, y * SIZE[0] + x, number, POINTS).map(move |mut point| {
+                let [u, v]: [f64; 2] = [point.random(), point.random()];
+                (camera.ray(SIZE, f64::from(x) + u, f64::from(y) + v), point)
+            })
         });
         let kind = EstimatorKind::PathSpecularNeeMaxSegments(self.reference.segments);
         let values = kind.radiances(setup, &self.scene, rays);
