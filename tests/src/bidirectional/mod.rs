@@ -7,12 +7,14 @@ mod strategies;
 
 use whitefurnace::harness::mean::MIN_SYMMETRIC_VALUES;
 use whitefurnace::sampling::sampler::SamplerKind;
-use whitefurnace::scene::simple::{CAP_SHARE, Cap, environment, furnace_box};
+use whitefurnace::scene::simple::{Cap, environment, furnace_box};
 
 use crate::bidirectional::scenes::KnownImage;
+use crate::furnace::off_cap_radiance;
 use crate::image_mean::ImageEstimatorKind::{Bdpt, BdptEnds, LightTracer};
 use crate::image_mean::{ImageEstimatorKind, Passes, Region, image, same_as_path, whole};
 use crate::prelude::*;
+use crate::scenes::valid;
 
 /// Trials and faults of estimators that trace particles to the camera.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
@@ -46,6 +48,17 @@ struct Size {
     count: u64,
     /// Relative δ; 0 claims the mean of every single pass.
     delta: f64,
+}
+
+impl Size {
+    /// Returns this size with the δ of image means.
+    const fn new(frame: [u32; 2], count: u64) -> Self {
+        Self {
+            frame,
+            count,
+            delta: IMAGE_DELTA,
+        }
+    }
 }
 
 /// Returns a trial of the mean of a whole image.
@@ -82,15 +95,10 @@ fn mean(
 
 /// Trials of a floor that reflects light once.
 fn direct() -> Vec<FamilyTrial<EstimatorSubject>> {
-    let square = |count| Size {
-        frame: SQUARE,
-        count,
-        delta: IMAGE_DELTA,
-    };
     let under_square = "a floor under a square light";
     let under_sphere = "a floor under a spherical light";
     let floor = |name, consequence, kind, what, image, count| {
-        let size = square(count);
+        let size = Size::new(SQUARE, count);
         mean(name, consequence, kind, &GEOMETRY, what, image, size)
     };
     vec![
@@ -134,9 +142,8 @@ fn direct() -> Vec<FamilyTrial<EstimatorSubject>> {
             "a floor under a light that faces up",
             scenes::rectangle(true),
             Size {
-                frame: SQUARE,
-                count: 6_000,
                 delta: 0.0,
+                ..Size::new(SQUARE, 6_000)
             },
         ),
         frame(
@@ -202,52 +209,37 @@ fn furnaces() -> Vec<FamilyTrial<EstimatorSubject>> {
     let furnace = |name, consequence, kind, frame, count| {
         let what = "a closed furnace box of albedo 0.75";
         let image = KnownImage {
-            scene: Arc::new(furnace_box(rho).ok()?),
+            scene: valid(furnace_box(rho)),
             mean: 1.0 / (1.0 - rho),
         };
-        let size = Size {
-            frame,
-            count,
-            delta: IMAGE_DELTA,
-        };
-        Some(mean(name, consequence, kind, &RENDERING, what, image, size))
+        let size = Size::new(frame, count);
+        mean(name, consequence, kind, &RENDERING, what, image, size)
     };
     let cavity = |name, consequence, kind, cap, frame, count| {
-        let (what, reference) = match cap {
-            Cap::Reflecting => (
-                "a cavity of albedo 0.75 with a reflecting cap that emits",
-                rho * CAP_SHARE / (1.0 - rho),
-            ),
-            Cap::Black => (
-                "a cavity of albedo 0.75 with a black cap that emits",
-                rho * CAP_SHARE / (1.0 - rho * (1.0 - CAP_SHARE)),
-            ),
+        let what = match cap {
+            Cap::Reflecting => "a cavity of albedo 0.75 with a reflecting cap that emits",
+            Cap::Black => "a cavity of albedo 0.75 with a black cap that emits",
         };
         let image = KnownImage {
-            scene: scenes::cavity(rho, cap).ok()?,
-            mean: reference,
+            scene: scenes::cavity(rho, cap),
+            mean: off_cap_radiance(rho, cap),
         };
-        let size = Size {
-            frame,
-            count,
-            delta: IMAGE_DELTA,
-        };
-        Some(mean(name, consequence, kind, &RENDERING, what, image, size))
+        let size = Size::new(frame, count);
+        mean(name, consequence, kind, &RENDERING, what, image, size)
     };
     let sky = |name, consequence, count| {
         let what = "white surfaces, mirror and glass under a white sky";
         let image = KnownImage {
-            scene: Arc::new(environment().ok()?),
+            scene: valid(environment()),
             mean: 1.0,
         };
         let size = Size {
-            frame: [24, 8],
-            count,
             delta: CLOSED_FORM_DELTA,
+            ..Size::new([24, 8], count)
         };
-        Some(mean(name, consequence, Bdpt, &RENDERING, what, image, size))
+        mean(name, consequence, Bdpt, &RENDERING, what, image, size)
     };
-    [
+    vec![
         furnace(
             "bidirectional/light-tracer/furnace-box",
             "each bounce of a particle loses or gains light: rooms are too dark or too bright",
@@ -292,9 +284,6 @@ fn furnaces() -> Vec<FamilyTrial<EstimatorSubject>> {
             54_000,
         ),
     ]
-    .into_iter()
-    .flatten()
-    .collect()
 }
 
 /// Trials by Sobol' points for both walks of a pixel, and for all particles of an image. The box's
@@ -302,9 +291,9 @@ fn furnaces() -> Vec<FamilyTrial<EstimatorSubject>> {
 fn sobol() -> Vec<FamilyTrial<EstimatorSubject>> {
     let furnace = |name, consequence, kind, frame, count| {
         let rho = 0.75;
-        let (scene, reference) = (Arc::new(furnace_box(rho).ok()?), 1.0 / (1.0 - rho));
+        let reference = 1.0 / (1.0 - rho);
         let passes = Passes {
-            scene,
+            scene: valid(furnace_box(rho)),
             kind,
             frame,
             sampler: SamplerKind::Sobol(4),
@@ -313,17 +302,18 @@ fn sobol() -> Vec<FamilyTrial<EstimatorSubject>> {
         let property = format!(
             "a closed furnace box of albedo {rho}, by Sobol' points: the image has mean {reference}"
         );
-        Some(image(
+        let regions = [whole(IMAGE_DELTA)];
+        image(
             name,
             property,
             consequence,
             &SOBOL,
             &passes,
             reference,
-            &[whole(IMAGE_DELTA)],
-        ))
+            &regions,
+        )
     };
-    [
+    vec![
         furnace(
             "bidirectional/light-tracer/sobol",
             "particles by Sobol' points miss parts of a room: it is too dark or too bright",
@@ -339,28 +329,14 @@ fn sobol() -> Vec<FamilyTrial<EstimatorSubject>> {
             9_000,
         ),
     ]
-    .into_iter()
-    .flatten()
-    .collect()
 }
 
 /// Trials with mirror and glass between light and surface.
 fn specular() -> Vec<FamilyTrial<EstimatorSubject>> {
     let mirror = |name, consequence, kind, count| {
         let what = "a floor lit through a mirror";
-        mean(
-            name,
-            consequence,
-            kind,
-            &PATH_DENSITY,
-            what,
-            scenes::mirror_caustic(),
-            Size {
-                frame: [22, 9],
-                count,
-                delta: IMAGE_DELTA,
-            },
-        )
+        let (image, size) = (scenes::mirror_caustic(), Size::new([22, 9], count));
+        mean(name, consequence, kind, &PATH_DENSITY, what, image, size)
     };
     let (scene, eta_squared, share) = scenes::in_glass();
     let glass = |name, consequence, kind, what, mean_radiance, frame, count| {
@@ -368,11 +344,7 @@ fn specular() -> Vec<FamilyTrial<EstimatorSubject>> {
             scene: Arc::clone(&scene),
             mean: mean_radiance,
         };
-        let size = Size {
-            frame,
-            count,
-            delta: IMAGE_DELTA,
-        };
+        let size = Size::new(frame, count);
         mean(name, consequence, kind, &REFRACTION, what, image, size)
     };
     vec![
@@ -440,25 +412,24 @@ fn equivalence() -> Vec<FamilyTrial<EstimatorSubject>> {
             IMAGE_DELTA,
         )
     };
-    let cornell = scenes::cornell_box().ok();
-    let room = scenes::diffuse_room().ok();
-    let light_tracer = cornell.map(|scene| {
-        let name = "bidirectional/light-tracer/cornell";
-        let consequence = "the Cornell box differs by method, as in mitsuba-renderer/mitsuba3#42";
+    vec![
         same(
-            name,
-            consequence,
+            "bidirectional/light-tracer/cornell",
+            "the Cornell box differs by method, as in mitsuba-renderer/mitsuba3#42",
             LightTracer,
-            scene,
+            scenes::cornell_box(),
             [16, 12],
             24_000,
             18_000,
-        )
-    });
-    let bdpt = room.map(|scene| {
-        let name = "bidirectional/bdpt/diffuse-room";
-        let consequence = "a room gets darker when rendered bidirectionally, as in yuphin/Lumen#42";
-        same(name, consequence, Bdpt, scene, [8, 6], 16_000, 56_000)
-    });
-    light_tracer.into_iter().chain(bdpt).collect()
+        ),
+        same(
+            "bidirectional/bdpt/diffuse-room",
+            "a room gets darker when rendered bidirectionally, as in yuphin/Lumen#42",
+            Bdpt,
+            scenes::diffuse_room(),
+            [8, 6],
+            16_000,
+            56_000,
+        ),
+    ]
 }

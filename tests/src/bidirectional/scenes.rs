@@ -6,8 +6,8 @@ use whitefurnace::scene::simple::{Cap, cavity_cap, cornell};
 
 use crate::prelude::*;
 use crate::scenes::{
-    FLOOR, HEIGHT, LIGHT, NEAR, RECTANGLE, TINT, floor, lambert, light, polygon_irradiance,
-    seen_by, sphere_irradiance, square,
+    FLOOR, HEIGHT, LIGHT, NEAR, RECTANGLE, TINT, ball, floor, hollow, lambert, light, mirror,
+    panel, polygon_irradiance, seen_by, sphere_irradiance, square, valid,
 };
 
 /// A scene, and the mean radiance of its image in closed form.
@@ -77,8 +77,7 @@ pub fn sphere() -> KnownImage {
     let (centre, radius) = (HEIGHT * DVec3::Z, 0.5);
     let scene = seen_by(overhead(EYE, HALF), "sphere from above", |s| {
         floor(s, lambert(FLOOR));
-        let surface = s.surface(light(LIGHT));
-        s.sphere(Sphere::new(centre, radius), surface);
+        ball(s, Sphere::new(centre, radius), light(LIGHT));
     });
     let mean = floor_mean(EYE, [EYE.z * HALF; 2], FLOOR, &|x| {
         let distance = centre.distance(x);
@@ -101,16 +100,13 @@ pub fn mirror_caustic() -> KnownImage {
     let corner = DVec3::new(-0.5, -0.7, 0.9);
     let (width, depth) = (DVec3::X, 0.1 * DVec3::Y);
     let scene = seen_by(overhead(eye, half[1] / eye.z), "mirror caustic", |s| {
-        let patch = s.surface(Surface::new(lambert(FLOOR)));
         let sides = [4.6 * DVec3::X, 2.0 * DVec3::Y];
-        s.rectangle(DVec3::new(-2.3, 0.05, 0.0), sides, patch);
-        let emitter = s.surface(light(LIGHT));
-        s.rectangle(corner, [width, depth], emitter);
-        let mirror = s.surface(Surface::new(Bsdf::Mirror {
-            reflectance: DVec3::splat(REFLECTANCE),
-        }));
+        let patch = Surface::new(lambert(FLOOR));
+        panel(s, DVec3::new(-2.3, 0.05, 0.0), sides, patch);
+        panel(s, corner, [width, depth], light(LIGHT));
         let sides = [2.0 * DVec3::X, 0.4 * DVec3::Y];
-        s.rectangle(DVec3::new(-1.0, -0.7, 1.0), sides, mirror);
+        let mirror = Surface::new(mirror(REFLECTANCE));
+        panel(s, DVec3::new(-1.0, -0.7, 1.0), sides, mirror);
     });
     let image = corner.with_z(2.0 - corner.z);
     let image = [image, image + width, image + width + depth, image + depth];
@@ -133,17 +129,12 @@ const BALL: f64 = 0.25;
 pub fn in_glass() -> (Arc<Scene>, f64, f64) {
     let (half, squared_tangent) = (0.36, 0.125);
     let scene = seen_by(overhead(0.9 * DVec3::Z, half), "in glass", |s| {
-        let wall = s.surface(light(1.0));
-        let inward = Sphere {
-            inward: true,
-            ..Sphere::new(DVec3::ZERO, 1.0)
-        };
-        s.sphere(inward, wall);
-        let glass = s.surface(Surface::new(Bsdf::Glass { index: INDEX }));
-        s.sphere(Sphere::new(DVec3::ZERO, 0.95), glass);
+        hollow(s, 1.0, light(1.0));
+        let glass = Surface::new(Bsdf::Glass { index: INDEX });
+        ball(s, Sphere::new(DVec3::ZERO, 0.95), glass);
         let emission = (1.0 - BALL) * INDEX * INDEX * TINT;
-        let ball = s.surface(Surface::new(lambert(BALL)).emitting(emission));
-        s.sphere(Sphere::new(DVec3::ZERO, 0.3), ball);
+        let surface = Surface::new(lambert(BALL)).emitting(emission);
+        ball(s, Sphere::new(DVec3::ZERO, 0.3), surface);
     });
     let share = PI * squared_tangent / (4.0 * half * half);
     (scene, INDEX * INDEX, share)
@@ -153,9 +144,8 @@ pub fn in_glass() -> (Arc<Scene>, f64, f64) {
 /// axis, and its radiance.
 pub fn emitting_plane() -> KnownImage {
     let scene = seen_by(overhead(DVec3::Z, 1.5), "emitting plane", |s| {
-        let emitter = s.surface(light(LIGHT));
         let sides = [9.2 * DVec3::X, 3.2 * DVec3::Y];
-        s.rectangle(DVec3::new(-4.6, -1.6, 0.0), sides, emitter);
+        panel(s, DVec3::new(-4.6, -1.6, 0.0), sides, light(LIGHT));
     });
     KnownImage { scene, mean: LIGHT }
 }
@@ -163,12 +153,8 @@ pub fn emitting_plane() -> KnownImage {
 /// A sphere of radius 1 that emits 1 and reflects `albedo`, seen from within.
 pub fn sphere_furnace(albedo: f64) -> Arc<Scene> {
     seen_by(inside(), "sphere furnace from within", |s| {
-        let wall = s.surface(Surface::new(lambert(albedo)).emitting(DVec3::ONE));
-        let inward = Sphere {
-            inward: true,
-            ..Sphere::new(DVec3::ZERO, 1.0)
-        };
-        s.sphere(inward, wall);
+        let wall = Surface::new(lambert(albedo)).emitting(DVec3::ONE);
+        hollow(s, 1.0, wall);
     })
 }
 
@@ -179,30 +165,25 @@ fn inside() -> Camera {
 }
 
 /// The cavity with a cap, seen from within and off the cap.
-///
-/// # Errors
-/// None for these numbers.
-pub fn cavity(albedo: f64, cap: Cap) -> Result<Arc<Scene>, Error> {
-    Ok(Arc::new(cavity_cap(albedo, cap)?.with_camera(inside())?))
+pub fn cavity(albedo: f64, cap: Cap) -> Arc<Scene> {
+    seen_anew(cavity_cap(albedo, cap), inside())
 }
 
 /// The all-diffuse room without its light in sight, and with more of its red walls than of others.
-///
-/// # Errors
-/// None for these numbers.
-pub fn diffuse_room() -> Result<Arc<Scene>, Error> {
+pub fn diffuse_room() -> Arc<Scene> {
     let target = DVec3::new(5.0, -5.0, -3.0);
     let camera = Camera::new(DVec3::new(12.5, 0.0, 0.0), target, DVec3::Z, 0.5);
-    Ok(Arc::new(room::diffuse()?.with_camera(camera)?))
+    seen_anew(room::diffuse(), camera)
 }
 
 /// The Cornell box from just under its ceiling, without the light in sight.
-///
-/// # Errors
-/// None for these numbers.
-pub fn cornell_box() -> Result<Arc<Scene>, Error> {
+pub fn cornell_box() -> Arc<Scene> {
     let eye = DVec3::new(2.78, 5.0, 0.2);
     let target = DVec3::new(2.78, 0.0, 4.0);
-    let camera = Camera::new(eye, target, DVec3::Y, 0.8);
-    Ok(Arc::new(cornell()?.with_camera(camera)?))
+    seen_anew(cornell(), Camera::new(eye, target, DVec3::Y, 0.8))
+}
+
+/// Gives a scene another camera.
+fn seen_anew(scene: Result<Scene, Error>, camera: Camera) -> Arc<Scene> {
+    valid(scene.and_then(|scene| scene.with_camera(camera)))
 }

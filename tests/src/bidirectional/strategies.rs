@@ -21,11 +21,7 @@ fn only<const LENGTH: usize, const S: usize>(path: &[Density], s: usize) -> f64 
 /// Trials in which one strategy alone finds all the light of the paths that it makes.
 pub(super) fn alone() -> Vec<FamilyTrial<EstimatorSubject>> {
     let floor = |name, consequence, what, scene, count, strategy_weight: Weight| {
-        let size = Size {
-            frame: SQUARE,
-            count,
-            delta: IMAGE_DELTA,
-        };
+        let size = Size::new(SQUARE, count);
         let family_trial = mean(name, consequence, Bdpt, &MIS, what, scene, size);
         with_altered_parts(family_trial, move |table| PartTable {
             strategy_weight,
@@ -100,9 +96,8 @@ fn sphere(
         mean: rho.powi(3),
     };
     let size = Size {
-        frame: SQUARE,
-        count: 400,
         delta: 0.0,
+        ..Size::new(SQUARE, 400)
     };
     let what = "light that a sphere reflects three times, by one strategy alone";
     let family_trial = mean(name, consequence, Bdpt, &PATH_DENSITY, what, image, size);
