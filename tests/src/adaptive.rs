@@ -9,9 +9,8 @@ use whitefurnace::sampling::Sampling;
 use whitefurnace::sampling::pixel::PixelSampling;
 use whitefurnace::sampling::sampler::{Sampler, SamplerKind};
 
-use crate::mean_radiance::means;
 use crate::prelude::*;
-use crate::scenes::seen_by;
+use crate::scenes::nothing;
 
 /// Adaptive sampling of an image, so that each step can be replaced.
 #[derive(Clone, Copy)]
@@ -39,15 +38,6 @@ const SAMPLES: u32 = 4;
 /// looks along y at pixels of side 1 at distance 1.
 fn column(ray: &Ray) -> f64 {
     (ray.direction.x / ray.direction.y + 0.5 * f64::from(SIZE[0])).floor()
-}
-
-/// An empty scene.
-fn nothing() -> Arc<Scene> {
-    seen_by(
-        Camera::new(DVec3::ZERO, DVec3::Y, DVec3::Z, 0.5 * f64::from(SIZE[1])),
-        "nothing",
-        |_| {},
-    )
 }
 
 /// An estimator that returns noise, stronger in brighter pixels: a rare value, which is nonzero in
@@ -127,7 +117,7 @@ fn together(pilot: &Pixel, own: &Pixel) -> DVec3 {
 
 /// Trials and faults of adaptive sampling.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
-    let scene = nothing();
+    let scene = nothing(SIZE);
     vec![Box::new(Family {
         trials: vec![trial(
             "convergence/adaptive",

@@ -5,6 +5,7 @@ use whitefurnace::harness::mean::welch;
 use whitefurnace::integrator::{Bdpt, Connections, ImageEstimator, LightTracer};
 use whitefurnace::sampling::sampler::{ImagePass, SamplerKind};
 
+use crate::images::not_a_film;
 use crate::prelude::*;
 use crate::scenes::mean_channel;
 use crate::subject::estimates;
@@ -145,12 +146,6 @@ impl Passes {
     }
 }
 
-/// The outcome of passes that no film can hold.
-pub fn not_an_image() -> Vec<Outcome> {
-    let worst = "a radiance that no film holds";
-    vec![Outcome::identity("image", 1, f64::NAN, 0.0, worst)]
-}
-
 /// Compares the mean radiance of each region with its closed form.
 struct MeanImage {
     passes: Passes,
@@ -160,7 +155,7 @@ struct MeanImage {
 impl Property for MeanImage {
     fn run(&self, context: &Context, setup: Configuration<'_>) -> Vec<Outcome> {
         let Some(means) = self.passes.means(context, setup.parts, &self.regions) else {
-            return not_an_image();
+            return not_a_film("image");
         };
         let outcome = |((region, reference), values): (&(Region, f64), &Values)| {
             let claim = Claim::Equal {
@@ -240,7 +235,7 @@ impl Property for SameAsPath {
         let regions = [(whole(self.delta), mean)];
         let means = self.passes.means(context, setup.parts, &regions);
         let Some(image) = means.as_deref().and_then(<[Values]>::first) else {
-            return not_an_image();
+            return not_a_film("image");
         };
         let claim = Claim::Equal {
             delta: self.delta * mean,

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use whitefurnace::error::Error;
 use whitefurnace::film::{Film, Pixel};
 use whitefurnace::harness::images::{ImageMoments, PixelStatistics, image_mean, welch_map};
 use whitefurnace::integrator::{Report, Whitted};
@@ -29,6 +30,20 @@ pub(super) fn film(
     frames: &Frames,
     estimator: &dyn Estimator,
 ) -> Option<Film> {
+    let seed = context.seed_of(part);
+    independent_film(frames, estimator, PixelSampling::Centre, seed).ok()
+}
+
+/// Renders a film by independent random numbers.
+///
+/// # Errors
+/// Those of [`render`].
+pub(super) fn independent_film(
+    frames: &Frames,
+    estimator: &dyn Estimator,
+    pixel: PixelSampling,
+    seed: u64,
+) -> Result<Film, Error> {
     let Frames {
         scene,
         size,
@@ -36,16 +51,15 @@ pub(super) fn film(
     } = *frames;
     let sampling = Sampling {
         sampler: SamplerKind::Independent,
-        pixel: PixelSampling::Centre,
-        seed: context.seed_of(part),
+        pixel,
+        seed,
         silhouettes: false,
     };
-    let mut film = Film::new(size, None, 1).ok()?;
+    let mut film = Film::new(size, None, 1)?;
     render(scene, estimator, sampling, &mut film, replications, &|_| {
         true
-    })
-    .ok()?;
-    Some(film)
+    })?;
+    Ok(film)
 }
 
 /// Weights of the channels in the one number that stands for a pixel: unequal, so that exchanged or
@@ -124,14 +138,9 @@ pub(super) fn same_mean(name: &str, a: &PixelMoments, b: &PixelMoments, margin: 
 }
 
 /// The outcome of an estimator whose values no film can hold.
-fn not_a_film() -> Vec<Outcome> {
-    vec![Outcome::identity(
-        "film",
-        1,
-        f64::NAN,
-        0.0,
-        "a radiance that no film holds",
-    )]
+pub(super) fn not_a_film(name: &str) -> Vec<Outcome> {
+    let worst = "a radiance that no film holds";
+    vec![Outcome::identity(name, 1, f64::NAN, 0.0, worst)]
 }
 
 /// Compares the mean of the pixels of the white furnace under a coloured sky with the sky's
@@ -161,7 +170,7 @@ impl Property for WhiteFurnace {
                 &frames,
                 &Path::new(Strategy::Mis).with_parts(parts),
             ) else {
-                return not_a_film();
+                return not_a_film("film");
             };
             let sum: DVec3 = film.pixels().iter().map(Pixel::mean).sum();
             let number = film.pixels().len() as f64;
@@ -224,14 +233,13 @@ impl Property for SameImage {
             size: ROOM_SIZE,
             replications: 0..n,
         };
-        let outcomes = || {
-            let [a, b] = with_path(context, "report", &frames, &report)?;
-            let pixels = welch_map(&a.statistics(), &b.statistics(), ROOM_SIZE[0] as usize, 1);
-            // The bias of the limit on segments must not fail the test.
-            let mean = same_mean("image mean", &a, &b, IMAGE_DELTA).as_equivalence();
-            Some(vec![mean, pixels.flatness("p-values of pixels", FLATNESS)])
+        let Some([a, b]) = with_path(context, "report", &frames, &report) else {
+            return not_a_film("film");
         };
-        outcomes().unwrap_or_else(not_a_film)
+        let pixels = welch_map(&a.statistics(), &b.statistics(), ROOM_SIZE[0] as usize, 1);
+        // The bias of the limit on segments must not fail the test.
+        let mean = same_mean("image mean", &a, &b, IMAGE_DELTA).as_equivalence();
+        vec![mean, pixels.flatness("p-values of pixels", FLATNESS)]
     }
 }
 
@@ -255,9 +263,10 @@ impl Property for Convex {
             size: CONVEX_SIZE,
             replications: 0..n,
         };
-        with_path(context, "whitted", &frames, &whitted).map_or_else(not_a_film, |[a, b]| {
-            vec![same_mean("image mean", &a, &b, BOUNCES_DELTA)]
-        })
+        let Some([a, b]) = with_path(context, "whitted", &frames, &whitted) else {
+            return not_a_film("film");
+        };
+        vec![same_mean("image mean", &a, &b, BOUNCES_DELTA)]
     }
 }
 
@@ -295,7 +304,7 @@ impl Property for SameStrategies {
             PixelMoments::render(context, &format!("{strategy:?}"), &frames, &path)
         });
         let (Some(bsdf), Some(light), Some(mis)) = (bsdf, light, mis) else {
-            return not_a_film();
+            return not_a_film("film");
         };
         vec![
             same_mean("bsdf and mis", &bsdf, &mis, IMAGE_DELTA),

@@ -1,15 +1,13 @@
-//! Random streams as [`render`] hands them out. An estimator that returns the random numbers that
+//! Random streams as [`whitefurnace::render::render`] hands them out. An estimator that returns the random numbers that
 //! it receives is rendered, and the film is read as a table of random numbers.
 
-use whitefurnace::film::Film;
 use whitefurnace::geometry::shape::Hit;
-use whitefurnace::render::render;
-use whitefurnace::sampling::Sampling;
 use whitefurnace::sampling::pixel::PixelSampling;
-use whitefurnace::sampling::sampler::{Sampler, SamplerKind as SampleStream};
+use whitefurnace::sampling::sampler::Sampler;
 
+use crate::images::{Frames, independent_film};
 use crate::prelude::*;
-use crate::scenes::seen_by;
+use crate::scenes::nothing;
 use crate::streams::{Pairs, collisions};
 
 /// A wide frame, in which a stride by its height instead of its width would show.
@@ -33,43 +31,24 @@ impl Estimator for FirstNumbers {
     }
 }
 
-/// Builds an empty scene whose image has pixels of side 1 at distance 1.
-fn nothing() -> Arc<Scene> {
-    seen_by(
-        Camera::new(DVec3::ZERO, DVec3::Y, DVec3::Z, 0.5 * f64::from(SIZE[1])),
-        "nothing",
-        |_| {},
-    )
-}
-
 /// Returns the numbers of every pixel, row by row, from a master seed and the number of the sample:
 /// first and second number of the estimator, and the number that placed the ray in its pixel.
 pub type Numbers = fn(&Scene, u64, u32) -> Vec<DVec3>;
 
-/// Returns numbers that every trial rejects, for a render that failed.
-fn failed() -> Vec<DVec3> {
-    vec![DVec3::NAN; PIXELS]
-}
-
-/// Returns the numbers that `render` hands out.
+/// Returns the numbers that `render` hands out; where it fails, numbers that every trial rejects.
 fn right(scene: &Scene, seed: u64, sample: u32) -> Vec<DVec3> {
-    let sampling = Sampling {
-        sampler: SampleStream::Independent,
-        pixel: PixelSampling::Random,
-        seed,
-        silhouettes: false,
+    let frames = Frames {
+        scene,
+        size: SIZE,
+        replications: sample..sample + 1,
     };
-    let Ok(mut film) = Film::new(SIZE, None, 1) else {
-        return failed();
-    };
-    let range = sample..sample + 1;
-    match render(scene, &FirstNumbers, sampling, &mut film, &range, &|_| true) {
-        Ok(true) => film
+    match independent_film(&frames, &FirstNumbers, PixelSampling::Random, seed) {
+        Ok(film) => film
             .pixels()
             .iter()
             .map(|p| p.mean() / BITS_TO_UNITS)
             .collect(),
-        _ => failed(),
+        Err(_) => vec![DVec3::NAN; PIXELS],
     }
 }
 
@@ -139,7 +118,7 @@ fn changed(scene: &Scene, seed: u64, sample: u32, change: fn(&mut DVec3)) -> Vec
 
 /// Trials and faults of the streams of `render`.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
-    let scene = nothing();
+    let scene = nothing(SIZE);
     let family_trial = |name: &str, property: &str, consequence: &str, statistic, on: On| {
         let (name, scene) = (format!("streams/render/{name}"), Arc::clone(&scene));
         let on = move |context: &Context, numbers| on(context, &scene, numbers);

@@ -66,6 +66,13 @@ pub fn seen_by(camera: Camera, name: &str, parts: impl FnOnce(&mut SceneBuilder)
     valid(builder.build(camera))
 }
 
+/// Builds an empty scene, seen along y. In an image of this size pixels have side 1 at distance 1.
+pub fn nothing(size: [u32; 2]) -> Arc<Scene> {
+    let half_height = 0.5 * f64::from(size[1]);
+    let camera = Camera::new(DVec3::ZERO, DVec3::Y, DVec3::Z, half_height);
+    seen_by(camera, "nothing", |_| {})
+}
+
 /// Unwraps a scene whose numbers are known to be valid.
 ///
 /// # Panics

@@ -6,7 +6,6 @@ use std::f64::consts::FRAC_PI_4;
 use whitefurnace::render::silhouette;
 use whitefurnace::render::silhouette::{POINTS_PER_SAMPLE, PrimaryRay};
 
-use crate::mean_radiance::means;
 use crate::prelude::*;
 
 /// Silhouette supersampling of a pixel, so that each step can be replaced: the additional points,

@@ -19,7 +19,7 @@ use whitefurnace::sampling::pixel::PixelSampling;
 use whitefurnace::sampling::sampler::SamplerKind;
 use whitefurnace::scene::file::{Description, Object};
 
-use crate::images::CHANNEL_WEIGHTS;
+use crate::images::{CHANNEL_WEIGHTS, not_a_film};
 use crate::prelude::*;
 use crate::scenes::{TINT, valid};
 
@@ -119,8 +119,7 @@ impl Image {
         let mut differences = Values::new(0.0);
         for replication in 0..context.n(SAMPLES).div_ceil(PIXELS) as u32 {
             let Some(films) = self.films(context, [&double, &single], replication) else {
-                let worst = "a radiance that no film holds";
-                return vec![Outcome::identity("film", 1, f64::NAN, 0.0, worst)];
+                return not_a_film("film");
             };
             for (number, (double, single)) in
                 films[0].pixels().iter().zip(films[1].pixels()).enumerate()

@@ -12,7 +12,8 @@ use whitefurnace::material::ggx::Ggx;
 use whitefurnace::material::rough_glass::RoughGlass;
 use whitefurnace::sampling::sampler::{ImagePass, SamplerKind};
 
-use crate::image_mean::{ImageEstimatorKind, not_an_image};
+use crate::image_mean::ImageEstimatorKind;
+use crate::images::not_a_film;
 use crate::mean_radiance::{path, points};
 use crate::prelude::*;
 
@@ -94,7 +95,7 @@ impl<const N: usize> Property for InZones<N> {
         let mut values = [Values::new(1.0); N];
         for number in 0..context.n(self.count) as u32 {
             let Some(value) = self.value(setup, seed, number) else {
-                return not_an_image();
+                return not_a_film("image");
             };
             for (values, (_, weights)) in values.iter_mut().zip(self.judged) {
                 values.push((value / answers).dot(DVec3::from_array(weights)));

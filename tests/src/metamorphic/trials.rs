@@ -9,6 +9,7 @@ use whitefurnace::sampling::rng::seed_for;
 use super::relations::Relation;
 use super::technique::{Images, RESOLUTION, Technique};
 use super::{Case, Render, differing_pixels, generate, images_of};
+use crate::images::not_a_film;
 use crate::prelude::*;
 use crate::subject::estimates;
 
@@ -73,12 +74,9 @@ impl Property for OnScene {
                 count: 1,
                 samples: 1,
             };
-            let images = sides
-                .each_ref()
-                .map(|side| images_of(parts, side, seed, one));
-            let [Ok(a), Ok(b)] = images else {
-                let worst = "a radiance that no film holds";
-                return vec![Outcome::identity("image", 1, f64::NAN, 0.0, worst)];
+            let images = |side: usize| images_of(parts, &sides[side], seed, one);
+            let [Ok(a), Ok(b)] = [images(0), images(1)] else {
+                return not_a_film("image");
             };
             let differing = differing_pixels(&a[0], &b[0], tolerance) as f64;
             let (pixels, worst) = (a[0].len() as u64, "number of pixels that differ");

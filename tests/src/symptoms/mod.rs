@@ -2,18 +2,17 @@
 //! same code renders both images, with the right parts or with the fault.
 
 use whitefurnace::error::Error;
-use whitefurnace::film::{Film, Pixel};
+use whitefurnace::film::Pixel;
 use whitefurnace::geometry::shape::Hit;
 use whitefurnace::integrator::{
     ImageEstimator as _, Lookup, PhotonMapping, Sppm, TransportRules, Whitted,
 };
-use whitefurnace::render::render;
-use whitefurnace::sampling::Sampling;
 use whitefurnace::sampling::pixel::PixelSampling;
 use whitefurnace::sampling::rng::stream;
 use whitefurnace::sampling::sampler::{ImagePass, Sampler, SamplerKind};
 use whitefurnace::scene::file::Description;
 
+use crate::images::{Frames, independent_film};
 use crate::prelude::*;
 
 /// Width and height of the images.
@@ -255,7 +254,7 @@ impl Symptom {
     /// Returns the right image of a seed, row by row from the top.
     ///
     /// # Errors
-    /// None for these scenes; the type is that of [`render`].
+    /// None for these scenes; the type is that of [`whitefurnace::render::render`].
     pub fn right(&self, seed: u64, samples: u32) -> Result<Vec<DVec3>, Error> {
         self.image(&self.scene()?, Parts::replaced(&CORRECT), seed, samples)
     }
@@ -263,7 +262,7 @@ impl Symptom {
     /// Returns the wrong image of a seed, row by row from the top.
     ///
     /// # Errors
-    /// None for these scenes; the type is that of [`render`].
+    /// None for these scenes; the type is that of [`whitefurnace::render::render`].
     pub fn wrong(&self, seed: u64, samples: u32) -> Result<Vec<DVec3>, Error> {
         match &self.mistake {
             Mistake::Part(parts) => {
@@ -301,13 +300,10 @@ impl Symptom {
             index,
         };
         match self.method {
-            Method::Path(strategy) => film(
-                scene,
-                &Path::new(strategy).with_parts(parts),
-                pixel,
-                seed,
-                samples,
-            ),
+            Method::Path(strategy) => {
+                let path = Path::new(strategy).with_parts(parts);
+                film(scene, &path, pixel, seed, samples)
+            }
             Method::Centred => {
                 let path = Path::new(Strategy::Mis).with_parts(parts);
                 film(scene, &path, PixelSampling::Centre, seed, samples)
@@ -331,14 +327,7 @@ impl Symptom {
                     particles: PARTICLES,
                     radius,
                 };
-                let mut sum = vec![DVec3::ZERO; (SIZE[0] * SIZE[1]) as usize];
-                for index in 0..samples {
-                    let image = sppm.image(scene, SIZE, whole(index))?;
-                    for (sum, value) in sum.iter_mut().zip(image) {
-                        *sum += value / f64::from(samples);
-                    }
-                }
-                Ok(sum)
+                mean_image(samples, |index| sppm.image(scene, SIZE, whole(index)))
             }
         }
     }
@@ -351,24 +340,30 @@ impl Symptom {
         samples: u32,
     ) -> Result<Vec<DVec3>, Error> {
         let scene = self.scene()?;
-        let mut sum = vec![DVec3::ZERO; (SIZE[0] * SIZE[1]) as usize];
-        for sample in 0..samples {
-            let path = Path::new(Strategy::Mis);
+        mean_image(samples, |sample| {
             let estimator = SharedStreams {
-                path,
+                path: Path::new(Strategy::Mis),
                 seed,
                 sample,
                 share,
             };
-            for (sum, value) in
-                sum.iter_mut()
-                    .zip(film(&scene, &estimator, PixelSampling::Centre, seed, 1)?)
-            {
-                *sum += value / f64::from(samples);
-            }
-        }
-        Ok(sum)
+            film(&scene, &estimator, PixelSampling::Centre, seed, 1)
+        })
     }
+}
+
+/// Returns the mean of so many images.
+fn mean_image(
+    count: u32,
+    image: impl Fn(u32) -> Result<Vec<DVec3>, Error>,
+) -> Result<Vec<DVec3>, Error> {
+    let mut mean = vec![DVec3::ZERO; (SIZE[0] * SIZE[1]) as usize];
+    for index in 0..count {
+        for (mean, value) in mean.iter_mut().zip(image(index)?) {
+            *mean += value / f64::from(count);
+        }
+    }
+    Ok(mean)
 }
 
 /// Renders an image.
@@ -379,21 +374,12 @@ fn film(
     seed: u64,
     samples: u32,
 ) -> Result<Vec<DVec3>, Error> {
-    let sampling = Sampling {
-        pixel,
-        sampler: SamplerKind::Independent,
-        seed,
-        silhouettes: false,
-    };
-    let mut film = Film::new(SIZE, None, 1)?;
-    render(
+    let frames = Frames {
         scene,
-        estimator,
-        sampling,
-        &mut film,
-        &(0..samples),
-        &|_| true,
-    )?;
+        size: SIZE,
+        replications: 0..samples,
+    };
+    let film = independent_film(&frames, estimator, pixel, seed)?;
     Ok(film.pixels().iter().map(Pixel::mean).collect())
 }
 
