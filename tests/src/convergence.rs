@@ -4,9 +4,6 @@
 use whitefurnace::harness::convergence::{slope, variance_ratio};
 use whitefurnace::harness::mean::MIN_SYMMETRIC_VALUES;
 use whitefurnace::sampling::pixel::PixelSampling;
-use whitefurnace::sampling::warp::{
-    cosine_hemisphere, cosine_hemisphere_pdf, uniform_hemisphere, uniform_hemisphere_pdf,
-};
 
 use crate::hemisphere::Method;
 use crate::prelude::*;
@@ -104,15 +101,9 @@ const fn profile(
 }
 
 /// Uniform directions and their pdf.
-pub const UNIFORM: Method = Method {
-    sampler: uniform_hemisphere,
-    pdf: uniform_hemisphere_pdf,
-};
+pub const UNIFORM: Method = Method::UNIFORM;
 /// Cosine-weighted directions and their pdf.
-pub const COSINE: Method = Method {
-    sampler: cosine_hemisphere,
-    pdf: cosine_hemisphere_pdf,
-};
+pub const COSINE: Method = Method::COSINE;
 
 /// Compares the variance of one method over that of the other with its closed form, for one
 /// profile.

@@ -1,7 +1,6 @@
 //! Direct light through whole estimators: irradiance from lights of every shape in closed form, by
 //! each strategy alone and by both.
 
-use whitefurnace::harness::chi_square::Counts;
 use whitefurnace::integrator::Heuristic;
 use whitefurnace::light::light_sampler::PowerLightSampler;
 
@@ -254,15 +253,8 @@ impl Property for Weights {
             sum = sum.max((a + b - 1.0).abs());
             unlike = unlike.max((times(a, q) - times(b, p)).abs());
         }
-        let exact = |name, error| {
-            Outcome::identity(
-                name,
-                ARGUMENTS,
-                error,
-                1e-12,
-                "the worst of random densities",
-            )
-        };
+        let worst = "the worst of random densities";
+        let exact = |name, error| Outcome::identity(name, ARGUMENTS, error, 1e-12, worst);
         vec![exact("sum of weights", sum), exact(proportion, unlike)]
     }
 }
@@ -310,25 +302,11 @@ impl Property for Picks {
             observed[pick] += 1;
             unlike = unlike.max((share - self.shares[pick]).abs());
         }
-        let counts = Counts {
-            n,
-            observed,
-            ..Counts::default()
-        };
+        let (masses, place) = (self.shares.to_vec(), |i| format!("emitter {i}"));
+        let worst = "the worst of all picks";
         vec![
-            frequencies(
-                "picks",
-                self.shares.to_vec(),
-                |i| format!("emitter {i}"),
-                &counts,
-            ),
-            Outcome::identity(
-                "share of the pick",
-                n,
-                unlike,
-                rounding,
-                "the worst of all picks",
-            ),
+            frequencies("picks", masses, place, n, observed),
+            Outcome::identity("share of the pick", n, unlike, rounding, worst),
         ]
     }
 }

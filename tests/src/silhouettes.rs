@@ -7,6 +7,7 @@ use whitefurnace::render::silhouette;
 use whitefurnace::render::silhouette::{POINTS_PER_SAMPLE, PrimaryRay};
 
 use crate::prelude::*;
+use crate::scenes::{panel, seen_by};
 
 /// Silhouette supersampling of a pixel, so that each step can be replaced: the additional points,
 /// the combination of their emitted radiance, and the rays that follow mirrors.
@@ -76,26 +77,19 @@ fn channels(context: &Context, subject: OutlinePoints) -> Vec<Outcome> {
 const REFLECTANCE: [f64; 3] = [0.25, 0.5, 1.0];
 const AREA_IN_MIRROR: f64 = 0.375;
 
-fn light_in_mirror() -> Scene {
-    let mut s = SceneBuilder::new("light in a mirror");
-    s.background(DVec3::ONE);
-    let light = s.surface(Surface::new(Bsdf::Black).emitting(DVec3::splat(RADIANCE)));
-    let mirror = s.surface(Surface::new(Bsdf::Mirror {
-        reflectance: REFLECTANCE.into(),
-    }));
-    s.rectangle(
-        DVec3::new(-1.0, 1.0, -1.0),
-        [2.0 * DVec3::X, 2.0 * DVec3::Z],
-        mirror,
-    );
-    // Its mirror image is at y = 4, where the pixel covers [−1, 1] in x and z.
-    s.rectangle(
-        DVec3::new(-3.0, -2.0, -3.0),
-        [3.5 * DVec3::Z, 3.0 * DVec3::X],
-        light,
-    );
-    s.build(Camera::new(DVec3::ZERO, DVec3::Y, DVec3::Z, 0.25))
-        .expect("a legal scene")
+fn light_in_mirror() -> Arc<Scene> {
+    let camera = Camera::new(DVec3::ZERO, DVec3::Y, DVec3::Z, 0.25);
+    seen_by(camera, "light in a mirror", |s| {
+        s.background(DVec3::ONE);
+        let reflectance = REFLECTANCE.into();
+        let mirror = Surface::new(Bsdf::Mirror { reflectance });
+        let edges = [2.0 * DVec3::X, 2.0 * DVec3::Z];
+        panel(s, DVec3::new(-1.0, 1.0, -1.0), edges, mirror);
+        // Its mirror image is at y = 4, where the pixel covers [−1, 1] in x and z.
+        let light = Surface::new(Bsdf::Black).emitting(DVec3::splat(RADIANCE));
+        let edges = [3.5 * DVec3::Z, 3.0 * DVec3::X];
+        panel(s, DVec3::new(-3.0, -2.0, -3.0), edges, light);
+    })
 }
 
 /// Compares the mean of each channel through a mirror, over replications of one sample, with its

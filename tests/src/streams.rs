@@ -77,17 +77,8 @@ pub fn gaps(context: &Context, numbers: Numbers) -> Vec<Outcome> {
         }
     }
     let masses = vec![0.5, 0.25, 0.125, 0.125];
-    let counts = Counts {
-        n,
-        observed,
-        ..Counts::default()
-    };
-    vec![frequencies(
-        "gaps",
-        masses,
-        |length| format!("gap of {length}"),
-        &counts,
-    )]
+    let place = |length| format!("gap of {length}");
+    vec![frequencies("gaps", masses, place, n, observed)]
 }
 
 /// Returns two neighbouring numbers.
@@ -158,20 +149,22 @@ impl Pairs {
     }
 }
 
-/// Tests counts in numbered cells against these probabilities.
+/// Tests counts of n events in numbered cells against these probabilities.
 pub fn frequencies(
     name: &str,
     masses: Vec<f64>,
     place: impl Fn(usize) -> String,
-    counts: &Counts,
+    n: u64,
+    observed: Vec<u64>,
 ) -> Outcome {
     let places = (0..masses.len()).map(place).collect();
-    chi_square(
-        name,
-        &Partition::from_masses(masses, places),
-        counts,
-        CELL_DELTA,
-    )
+    let partition = Partition::from_masses(masses, places);
+    let counts = Counts {
+        n,
+        observed,
+        ..Counts::default()
+    };
+    chi_square(name, &partition, &counts, CELL_DELTA)
 }
 
 /// Tests pairs of neighbouring pixels, samples and draws.

@@ -25,6 +25,19 @@ pub struct Method {
     pub pdf: Pdf,
 }
 
+impl Method {
+    /// Uniform directions and their pdf.
+    pub const UNIFORM: Self = Self {
+        sampler: uniform_hemisphere,
+        pdf: uniform_hemisphere_pdf,
+    };
+    /// Cosine-weighted directions and their pdf.
+    pub const COSINE: Self = Self {
+        sampler: cosine_hemisphere,
+        pdf: cosine_hemisphere_pdf,
+    };
+}
+
 /// Samples per statistic, enough for each δ (see the standard errors in the functions' comments).
 const CELL_SAMPLES: u64 = 8_000_000;
 const MEAN_SAMPLES: u64 = 16_000_000;
@@ -55,10 +68,7 @@ struct Law {
 const UNIFORM: Law = Law {
     name: "uniform",
     subject: "sampling::warp::uniform_hemisphere",
-    method: Method {
-        sampler: uniform_hemisphere,
-        pdf: uniform_hemisphere_pdf,
-    },
+    method: Method::UNIFORM,
     domain: Domain::Hemisphere,
     moments: [1.0 / 2.0, 1.0 / 3.0],
     cos_cdf: |c| c,
@@ -68,10 +78,7 @@ const UNIFORM: Law = Law {
 const COSINE: Law = Law {
     name: "cosine",
     subject: "sampling::warp::cosine_hemisphere",
-    method: Method {
-        sampler: cosine_hemisphere,
-        pdf: cosine_hemisphere_pdf,
-    },
+    method: Method::COSINE,
     domain: Domain::CosineHemisphere,
     moments: [2.0 / 3.0, 1.0 / 2.0],
     cos_cdf: |c| c * c,

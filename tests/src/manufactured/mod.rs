@@ -10,6 +10,20 @@ pub mod patch;
 mod zones;
 
 use crate::prelude::*;
+use crate::scenes::ball;
+
+/// Adds the part of a cavity of radius 1 between two heights. The poles belong to the outermost
+/// zones.
+fn add_zone(builder: &mut SceneBuilder, [low, high]: [f64; 2], surface: Surface) {
+    let low = if low == -1.0 { f64::NEG_INFINITY } else { low };
+    let high = if high == 1.0 { f64::INFINITY } else { high };
+    let sphere = Sphere {
+        zone: [low, high],
+        inward: true,
+        ..Sphere::new(DVec3::ZERO, 1.0)
+    };
+    ball(builder, sphere, surface);
+}
 
 /// Returns a BRDF with the albedo that `altered` gives the diffuse wall with one of these albedos;
 /// other surfaces keep theirs.

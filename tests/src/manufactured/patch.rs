@@ -9,7 +9,9 @@ use whitefurnace::math::frame::{Frame, from_spherical};
 use crate::ggx::{self, lambda};
 use crate::prelude::*;
 use crate::rough_glass::{self, beta};
-use crate::scenes::{ball, panel, seen_by};
+use crate::scenes::{panel, seen_by};
+
+use super::add_zone;
 
 /// A patch in a cavity of three zones.
 #[derive(Clone, Copy, Debug)]
@@ -171,19 +173,8 @@ impl Patch {
             for (channel, (ends, radiance)) in self.cuts.windows(2).zip(self.radiance).enumerate() {
                 let mut emission = DVec3::ZERO;
                 emission[channel] = radiance;
-                // The poles belong to the outermost zones.
-                let low = if channel == 0 {
-                    f64::NEG_INFINITY
-                } else {
-                    ends[0]
-                };
-                let high = if channel == 2 { f64::INFINITY } else { ends[1] };
-                let sphere = Sphere {
-                    zone: [low, high],
-                    inward: true,
-                    ..Sphere::new(DVec3::ZERO, 1.0)
-                };
-                ball(s, sphere, Surface::new(Bsdf::Black).emitting(emission));
+                let surface = Surface::new(Bsdf::Black).emitting(emission);
+                add_zone(s, [ends[0], ends[1]], surface);
             }
             let bsdf = match self.lobe {
                 Lobe::Metal(metal) => Bsdf::model(metal),

@@ -13,9 +13,9 @@ use whitefurnace::sampling::warp::sphere_zone;
 use crate::image_mean::{ImageEstimatorKind, Passes, Region, image_of_regions};
 use crate::mean_radiance::{any_direction, path};
 use crate::prelude::*;
-use crate::scenes::{ball, mean_channel, seen_by};
+use crate::scenes::{mean_channel, seen_by};
 
-use super::with_altered_albedo;
+use super::{add_zone, with_altered_albedo};
 
 /// A zone of the cavity.
 struct Zone {
@@ -70,16 +70,7 @@ fn cavity() -> Arc<Scene> {
             })
             .emitting(zone.emission)
             .absorbing(ABSORPTION);
-            // The poles belong to the outermost zones.
-            let [low, high] = zone.z;
-            let low = if low == -1.0 { f64::NEG_INFINITY } else { low };
-            let high = if high == 1.0 { f64::INFINITY } else { high };
-            let sphere = Sphere {
-                zone: [low, high],
-                inward: true,
-                ..Sphere::new(DVec3::ZERO, 1.0)
-            };
-            ball(s, sphere, surface);
+            add_zone(s, zone.z, surface);
         }
     })
 }
@@ -124,13 +115,9 @@ impl Property for ZoneRadiances {
                 ray,
             };
             let mut radiance = probe.radiances(setup, context.seed_of(name));
-            let values = Values::collect(reference, context.n(self.rays), || {
+            mean_of(name, reference, IMAGE_DELTA, context.n(self.rays), || {
                 mean_channel(&self.scene, radiance())
-            });
-            let claim = Claim::Equal {
-                delta: IMAGE_DELTA * reference,
-            };
-            mean(name, &values, reference, claim)
+            })
         };
         NAMES
             .into_iter()

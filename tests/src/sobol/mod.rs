@@ -5,7 +5,6 @@
 mod error_bars;
 mod faults;
 
-use whitefurnace::harness::chi_square::Counts;
 use whitefurnace::harness::tails::student_two_sided;
 use whitefurnace::math::moments::Moments;
 use whitefurnace::sampling::rng::stream;
@@ -143,17 +142,8 @@ fn uniformity(context: &Context, subject: SobolParts) -> Vec<Outcome> {
         i => format!("coordinate {i}"),
     };
     let outcome = |(i, observed)| {
-        let counts = Counts {
-            n,
-            observed,
-            ..Counts::default()
-        };
-        frequencies(
-            &named(i),
-            vec![1.0 / CELLS as f64; CELLS],
-            |k| format!("{k}/{CELLS}"),
-            &counts,
-        )
+        let (masses, place) = (vec![1.0 / CELLS as f64; CELLS], |k| format!("{k}/{CELLS}"));
+        frequencies(&named(i), masses, place, n, observed)
     };
     observed.into_iter().enumerate().map(outcome).collect()
 }
