@@ -94,15 +94,6 @@ fn trials() -> Vec<FamilyTrial<EonParts>> {
             on,
         )
     };
-    let (lobes, single, closed) = (
-        "material::Bsdf::eval",
-        "material::eon::single_scattering",
-        "material::eon::albedo",
-    );
-    let grazes =
-        "single scattering loses nothing at grazing: its albedo at 89.9999° is 1 within 1e-5";
-    let is_integral =
-        "the closed form of the directional albedo is the integral of single scattering";
     vec![
         trial(
             "bsdf/eon",
@@ -123,7 +114,7 @@ fn trials() -> Vec<FamilyTrial<EonParts>> {
             "white EON reflects all light, at every angle and roughness",
             "white plaster turns grey as it gets rougher, or glows at some angles",
             &EON_MULTIPLE,
-            lobes,
+            "material::Bsdf::eval",
             |_, parts| {
                 integrals(
                     "white furnace",
@@ -138,7 +129,7 @@ fn trials() -> Vec<FamilyTrial<EonParts>> {
             "EON of albedo 0.5 reflects the sum of all orders of scattering",
             "rough coloured clay is too pale or too saturated",
             &EON_MULTIPLE,
-            lobes,
+            "material::Bsdf::eval",
             |_, parts| {
                 integrals(
                     "coloured furnace",
@@ -150,18 +141,18 @@ fn trials() -> Vec<FamilyTrial<EonParts>> {
         ),
         family_trial(
             "eon-single",
-            grazes,
+            "single scattering loses nothing at grazing: its albedo at 89.9999° is 1 within 1e-5",
             "rough things have dark rims where they turn away from the eye",
             &EON_SINGLE,
-            single,
+            "material::eon::single_scattering",
             |_, parts| grazing(parts),
         ),
         family_trial(
             "eon-albedo",
-            is_integral,
+            "the closed form of the directional albedo is the integral of single scattering",
             "rough things get too much or too little light back between their facets",
             &EON_ALBEDO,
-            closed,
+            "material::eon::albedo",
             |_, parts| {
                 let f = |r, wo, wi: DVec3| FRAC_1_PI * (parts.single)(r, wo, wi) * wi.z;
                 integrals("single scattering", CASES, f, |r, wo| {

@@ -125,47 +125,36 @@ impl Property for Lobe {
     }
 }
 
-fn lobes() -> Vec<FamilyTrial<EstimatorSubject>> {
-    let lobe = |name: &str, (theta, ray): (f64, Rays), samples| {
-        let r = reflectance_by_angles(theta.to_radians(), 1.0, INDEX);
-        let property = format!("at {theta}° glass reflects with probability R = {r:.6}");
-        let probe = Probe {
-            scene: pane(),
-            kind: EstimatorKind::Report(3),
-            ray,
-        };
-        let lobe = Lobe {
-            probe,
-            probability: r,
-            delta: CELL * r,
-            samples,
-        };
-        trial(
-            name,
-            property,
-            format!("a window seen at {theta}° reflects too strongly or too weakly"),
-            &FRESNEL,
-            "integrator::Report",
-            "binomial",
-            with_parts(lobe),
-        )
+/// Returns the trial of the probability of reflection at an inclination.
+fn lobe<const DEGREES: u32>(name: &str, samples: u64) -> FamilyTrial<EstimatorSubject> {
+    let r = reflectance_by_angles(f64::from(DEGREES).to_radians(), 1.0, INDEX);
+    let probe = Probe {
+        scene: pane(),
+        kind: EstimatorKind::Report(3),
+        ray: |_| ray_to_origin_at(f64::from(DEGREES).to_radians()),
     };
+    let lobe = Lobe {
+        probe,
+        probability: r,
+        delta: CELL * r,
+        samples,
+    };
+    trial(
+        name,
+        format!("at {DEGREES}° glass reflects with probability R = {r:.6}"),
+        format!("a window seen at {DEGREES}° reflects too strongly or too weakly"),
+        &FRESNEL,
+        "integrator::Report",
+        "binomial",
+        with_parts(lobe),
+    )
+}
+
+fn lobes() -> Vec<FamilyTrial<EstimatorSubject>> {
     vec![
-        lobe(
-            "glass/reflects-60",
-            (60.0, |_| ray_to_origin_at(60f64.to_radians())),
-            4_500_000,
-        ),
-        lobe(
-            "glass/reflects-75",
-            (75.0, |_| ray_to_origin_at(75f64.to_radians())),
-            1_500_000,
-        ),
-        lobe(
-            "glass/reflects-85",
-            (85.0, |_| ray_to_origin_at(85f64.to_radians())),
-            500_000,
-        ),
+        lobe::<60>("glass/reflects-60", 4_500_000),
+        lobe::<75>("glass/reflects-75", 1_500_000),
+        lobe::<85>("glass/reflects-85", 500_000),
         total_reflection(),
     ]
 }

@@ -22,6 +22,17 @@ pub(super) struct Frames<'a> {
     pub replications: Range<u32>,
 }
 
+impl<'a> Frames<'a> {
+    /// Returns the first replications of an image.
+    pub fn first(scene: &'a Scene, size: [u32; 2], count: u64) -> Self {
+        Self {
+            scene,
+            size,
+            replications: 0..count as u32,
+        }
+    }
+}
+
 /// Renders a film with every ray through its pixel's centre, so that edges add no noise; `None` if
 /// the estimator returns a value that no film can hold, which is a fault.
 pub(super) fn film(
@@ -154,22 +165,13 @@ const FURNACE_REPLICATIONS: u64 = 19_000;
 
 impl Property for WhiteFurnace {
     fn run(&self, context: &Context, setup: Configuration<'_>) -> Vec<Outcome> {
-        let parts = setup.parts;
+        let path = Path::new(Strategy::Mis).with_parts(setup.parts);
+        let frames = Frames::first(&self.0, FURNACE_SIZE, 1);
         // One value per replication of the whole film: a mean of many pixels, nearly normal.
         let mut values = Values::new(1.0);
         for replication in 0..context.n(FURNACE_REPLICATIONS) {
             let part = format!("film {replication}");
-            let frames = Frames {
-                scene: &self.0,
-                size: FURNACE_SIZE,
-                replications: 0..1,
-            };
-            let Some(film) = film(
-                context,
-                &part,
-                &frames,
-                &Path::new(Strategy::Mis).with_parts(parts),
-            ) else {
+            let Some(film) = film(context, &part, &frames, &path) else {
                 return not_a_film("film");
             };
             let sum: DVec3 = film.pixels().iter().map(Pixel::mean).sum();
@@ -221,18 +223,13 @@ const FLATNESS: f64 = 0.25;
 
 impl Property for SameImage {
     fn run(&self, context: &Context, setup: Configuration<'_>) -> Vec<Outcome> {
-        let n = context.n(ROOM_REPLICATIONS) as u32;
         let report = Report {
             parts: setup.parts,
             rays: 1,
             segments: setup.segments.unwrap_or(ROOM_SEGMENTS),
             rules: setup.rules,
         };
-        let frames = Frames {
-            scene: &self.0,
-            size: ROOM_SIZE,
-            replications: 0..n,
-        };
+        let frames = Frames::first(&self.0, ROOM_SIZE, context.n(ROOM_REPLICATIONS));
         let Some([a, b]) = with_path(context, "report", &frames, &report) else {
             return not_a_film("film");
         };
@@ -252,17 +249,12 @@ const CONVEX_REPLICATIONS: u64 = 2_000;
 
 impl Property for Convex {
     fn run(&self, context: &Context, setup: Configuration<'_>) -> Vec<Outcome> {
-        let n = context.n(CONVEX_REPLICATIONS) as u32;
         let whitted = Whitted {
             parts: setup.parts,
             segments: setup.segments.unwrap_or(1),
             rules: setup.rules,
         };
-        let frames = Frames {
-            scene: &self.0,
-            size: CONVEX_SIZE,
-            replications: 0..n,
-        };
+        let frames = Frames::first(&self.0, CONVEX_SIZE, context.n(CONVEX_REPLICATIONS));
         let Some([a, b]) = with_path(context, "whitted", &frames, &whitted) else {
             return not_a_film("film");
         };
@@ -293,12 +285,7 @@ const CAVITY_REPLICATIONS: u64 = 5_200;
 
 impl Property for SameStrategies {
     fn run(&self, context: &Context, setup: Configuration<'_>) -> Vec<Outcome> {
-        let n = context.n(CAVITY_REPLICATIONS) as u32;
-        let frames = Frames {
-            scene: &self.0,
-            size: CAVITY_SIZE,
-            replications: 0..n,
-        };
+        let frames = Frames::first(&self.0, CAVITY_SIZE, context.n(CAVITY_REPLICATIONS));
         let [bsdf, light, mis] = [Strategy::Bsdf, Strategy::Light, Strategy::Mis].map(|strategy| {
             let path = Path::new(strategy).with_parts(setup.parts);
             PixelMoments::render(context, &format!("{strategy:?}"), &frames, &path)

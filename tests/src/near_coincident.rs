@@ -29,14 +29,13 @@ const BLACK: Surface = Surface {
 };
 
 /// Adds the parts in this order, or reversed.
-fn in_order(s: &mut SceneBuilder, is_reversed: bool, parts: [&dyn Fn(&mut SceneBuilder); 2]) {
-    let [first, second] = if is_reversed {
-        [parts[1], parts[0]]
-    } else {
-        parts
-    };
-    first(s);
-    second(s);
+fn in_order(s: &mut SceneBuilder, is_reversed: bool, mut parts: [&dyn Fn(&mut SceneBuilder); 2]) {
+    if is_reversed {
+        parts.reverse();
+    }
+    for part in parts {
+        part(s);
+    }
 }
 
 /// Builds a patch at the origin that sees a light only in the mirror above it, and black sheets at

@@ -176,16 +176,11 @@ pub fn normalised(pdf: Pdf) -> Vec<Outcome> {
 fn trials(law: Law) -> Vec<FamilyTrial<Method>> {
     let name = |what: &str| format!("hemisphere/{}/{what}", law.name);
     let [z, z2] = law.moments;
-    let cells_are = format!("directions have the {} density", law.name);
-    let moments_are = format!("E[x] = E[y] = 0, E[z] = {z:.4}, E[z²] = {z2:.4}");
-    let angles_are = "cos θ and φ follow their laws";
-    let reflects =
-        "a white Lambert surface reflects 1, 2/3, 1, 1 in furnaces 1, cos θ, 1 + x, 1 + y";
     let by = format!("with {} directions", law.name);
     vec![
         trial(
             name("cells"),
-            cells_are,
+            format!("directions have the {} density", law.name),
             format!("lamps in one part of the sky are too bright, in others too dim {by}"),
             law.angles,
             law.subject,
@@ -194,7 +189,7 @@ fn trials(law: Law) -> Vec<FamilyTrial<Method>> {
         ),
         trial(
             name("moments"),
-            moments_are,
+            format!("E[x] = E[y] = 0, E[z] = {z:.4}, E[z²] = {z2:.4}"),
             format!("light from one side, or low over the horizon, counts too much {by}"),
             law.angles,
             law.subject,
@@ -203,7 +198,7 @@ fn trials(law: Law) -> Vec<FamilyTrial<Method>> {
         ),
         trial(
             name("angles"),
-            angles_are,
+            "cos θ and φ follow their laws",
             format!("shading leans to one side, or lamps overhead are too bright or dim {by}"),
             &HEMISPHERE_PHI,
             law.subject,
@@ -212,7 +207,7 @@ fn trials(law: Law) -> Vec<FamilyTrial<Method>> {
         ),
         trial(
             name("furnaces"),
-            reflects,
+            "a white Lambert surface reflects 1, 2/3, 1, 1 in furnaces 1, cos θ, 1 + x, 1 + y",
             format!("walls under an uneven sky are too bright or too dark {by}"),
             &ESTIMATOR,
             law.subject,

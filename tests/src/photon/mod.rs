@@ -79,17 +79,11 @@ fn floors() -> Vec<FamilyTrial<EstimatorSubject>> {
         };
         family_trial(name, property, consequence, &PHOTON_DENSITY, mean)
     };
-    let disc = "on average over the disc around a point under a light";
-    let point = "of a light by shadow rays, and nothing by photons";
-    let matched =
-        "of a light within glass that is air, all of it caustics, on average over the disc";
-    let behind = "from above of a light below it";
-    let corner = "of a disc that a wall cuts, whose photons do not count";
     vec![
         floor(
             "photon/disc",
             "lit floors are darker by a photon map, as in SirKero/RTProgressivePhotonMapper#1",
-            disc,
+            "on average over the disc around a point under a light",
             scenes::over_floor(),
             Lookup::DirectVisualization,
             whole,
@@ -98,7 +92,7 @@ fn floors() -> Vec<FamilyTrial<EstimatorSubject>> {
         floor(
             "photon/shadow-rays",
             "direct light counts twice or not at all with final gathering",
-            point,
+            "of a light by shadow rays, and nothing by photons",
             scenes::over_floor(),
             gather,
             scenes::at_point(),
@@ -107,7 +101,7 @@ fn floors() -> Vec<FamilyTrial<EstimatorSubject>> {
         floor(
             "photon/index-matched",
             "light through glass counts twice or not at all with final gathering",
-            matched,
+            "of a light within glass that is air, all of it caustics, on average over the disc",
             scenes::matched(),
             gather,
             whole,
@@ -116,7 +110,7 @@ fn floors() -> Vec<FamilyTrial<EstimatorSubject>> {
         floor(
             "photon/behind",
             "photons leak through floors: their dark side is lit",
-            behind,
+            "from above of a light below it",
             scenes::under_floor(),
             Lookup::DirectVisualization,
             0.0,
@@ -125,7 +119,7 @@ fn floors() -> Vec<FamilyTrial<EstimatorSubject>> {
         floor(
             "photon/corner",
             "floors are too bright along walls, where photons of the wall count on them",
-            corner,
+            "of a disc that a wall cuts, whose photons do not count",
             scenes::corner(),
             Lookup::DirectVisualization,
             cut,

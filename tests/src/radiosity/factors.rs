@@ -176,55 +176,45 @@ pub(super) fn factors() -> Vec<FamilyTrial<EstimatorSubject>> {
     });
     let parallel = plates("parallel plates", DVec3::Z, [DVec3::Y, DVec3::X]);
     let perpendicular = plates("perpendicular plates", DVec3::ZERO, [DVec3::Y, DVec3::Z]);
-    let of =
-        |name: &str, property: &str, consequence: &str, scene, patches, error: Error, tolerance| {
-            trial(
-                name,
-                property,
-                consequence,
-                &FORM_FACTOR,
-                "integrator::radiosity::FormFactors",
-                "exact",
-                with_parts(Factors {
-                    scene,
-                    patches,
-                    error,
-                    tolerance,
-                }),
-            )
+    let of = |name: &str, property: String, consequence: &str, scene, patches, error, tolerance| {
+        let factors = Factors {
+            scene,
+            patches,
+            error,
+            tolerance,
         };
-    let opposite = format!("between parallel unit plates at distance 1 F = {OPPOSITE:.6}");
-    let adjacent =
-        format!("between unit plates at a right angle with a common edge F = {NEIGHBOURS:.6}");
-    let closed = "in a closed cube the form factors from each patch add up to 1";
-    let around = "A F from a ball to the room around it, and back, is the area of the ball";
-    let mutual = "in a closed cube A_i F_ij = A_j F_ji, up to the mean over three nodes";
-    let (to_opposite, to_adjacent): (Error, Error) = (
-        |elements, rows| between_plates(elements, rows, OPPOSITE),
-        |elements, rows| between_plates(elements, rows, NEIGHBOURS),
-    );
+        trial(
+            name,
+            property,
+            consequence,
+            &FORM_FACTOR,
+            "integrator::radiosity::FormFactors",
+            "exact",
+            with_parts(factors),
+        )
+    };
     vec![
         of(
             "radiosity/parallel-plates",
-            &opposite,
+            format!("between parallel unit plates at distance 1 F = {OPPOSITE:.6}"),
             "floor and ceiling exchange too much or too little light by radiosity",
             parallel,
             64,
-            to_opposite,
+            |elements, rows| between_plates(elements, rows, OPPOSITE),
             1e-4,
         ),
         of(
             "radiosity/perpendicular-plates",
-            &adjacent,
+            format!("between unit plates at a right angle with a common edge F = {NEIGHBOURS:.6}"),
             "walls that meet in a corner exchange too much or too little light by radiosity",
             perpendicular,
             400,
-            to_adjacent,
+            |elements, rows| between_plates(elements, rows, NEIGHBOURS),
             CLOSED_FORM_DELTA,
         ),
         of(
             "radiosity/closure",
-            closed,
+            "in a closed cube the form factors from each patch add up to 1".to_owned(),
             "radiosity loses light in a closed room, or makes it",
             Arc::clone(&cube),
             100,
@@ -233,7 +223,7 @@ pub(super) fn factors() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         of(
             "radiosity/ball",
-            around,
+            "A F from a ball to the room around it, and back, is the area of the ball".to_owned(),
             "balls in a room give and get too much or too little light by radiosity",
             ball_in_room(),
             300,
@@ -242,7 +232,7 @@ pub(super) fn factors() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         of(
             "radiosity/reciprocity",
-            mutual,
+            "in a closed cube A_i F_ij = A_j F_ji, up to the mean over three nodes".to_owned(),
             "light is lost between walls by radiosity: one gives what the other does not get",
             cube,
             400,

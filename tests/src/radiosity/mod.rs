@@ -97,18 +97,14 @@ const PATCHES: u32 = 500;
 
 impl Property for SameRoom {
     fn run(&self, context: &Context, setup: Configuration<'_>) -> Vec<Outcome> {
-        let n = context.n(REPLICATIONS) as u32;
-        let frames = |replications| Frames {
-            scene: &self.0,
-            size: SIZE,
-            replications,
-        };
+        let frames = |count| Frames::first(&self.0, SIZE, count);
         let films = || {
             let solved = solve(setup, &self.0, PATCHES)?;
             // Radiosity is deterministic: two replications are enough to show it.
-            let a = PixelMoments::render(context, "radiosity", &frames(0..2), &solved)?;
+            let a = PixelMoments::render(context, "radiosity", &frames(2), &solved)?;
             let paths = Path::default();
-            let b = PixelMoments::render(context, "paths", &frames(0..n), &paths)?;
+            let b =
+                PixelMoments::render(context, "paths", &frames(context.n(REPLICATIONS)), &paths)?;
             Some([a, b])
         };
         match films() {

@@ -113,12 +113,12 @@ pub fn all() -> Vec<Symptom> {
     use ShownBy::{Mean, Noise, Pattern};
     use Strategy::{Light, Mis};
     use TestScene::{Balls, Cornell, Lamp, Rough, Shelf, Water};
-    let of_part = |key, fault, shown_by, scene, method| {
+    let of_part = |key, fault, scene, method| {
         let (wrong, mistake) = part(fault);
         Symptom {
             key,
             wrong,
-            shown_by,
+            shown_by: Mean,
             scene,
             method,
             mistake,
@@ -141,61 +141,35 @@ pub fn all() -> Vec<Symptom> {
         mistake: Mistake::Streams(share),
     };
     vec![
-        of_part("dark", "area-twice", Mean, Cornell, Path(Light)),
-        of_part("bright", "no-pi", Mean, Cornell, Whitted),
-        of_part("dark-grazing", "cosine-doubled", Mean, Lamp, Path(Mis)),
-        of_part("bright-grazing", "cosine-dropped", Mean, Lamp, Path(Light)),
-        of_part("dark-rim", "printed-oren-nayar", Mean, Rough, Path(Light)),
-        of_part(
-            "dark-bounces",
-            "no-roulette-weight",
-            Mean,
-            Cornell,
-            Path(Mis),
-        ),
-        of_part(
-            "dark-in-glass",
-            "no-radiance-factor",
-            Mean,
-            Water,
-            Path(Mis),
-        ),
+        of_part("dark", "area-twice", Cornell, Path(Light)),
+        of_part("bright", "no-pi", Cornell, Whitted),
+        of_part("dark-grazing", "cosine-doubled", Lamp, Path(Mis)),
+        of_part("bright-grazing", "cosine-dropped", Lamp, Path(Light)),
+        of_part("dark-rim", "printed-oren-nayar", Rough, Path(Light)),
+        of_part("dark-bounces", "no-roulette-weight", Cornell, Path(Mis)),
+        of_part("dark-in-glass", "no-radiance-factor", Water, Path(Mis)),
         of_part(
             "no-total-reflection",
             "no-total-reflection",
-            Mean,
             Water,
             Path(Mis),
         ),
-        of_part("straight-glass", "not-refracted", Mean, Balls, Path(Mis)),
-        of_part("wrong-mirror", "mirror-sign", Mean, Balls, Path(Mis)),
-        of_part("no-shadows", "shadows-ignored", Mean, Cornell, Path(Light)),
-        of_part("hard-shadows", "light-centre", Mean, Cornell, Path(Light)),
-        of_part("lit-behind", "back-shines", Mean, Lamp, Path(Light)),
-        of_part(
-            "bright-far",
-            "distance-not-squared",
-            Mean,
-            Lamp,
-            Path(Light),
-        ),
-        of_part("twice", "counted-twice", Mean, Cornell, Path(Mis)),
-        of_part("no-caustics", "lost-without-pdf", Mean, Balls, Path(Mis)),
-        of_part(
-            "caustics-twice",
-            "shadows-pass-glass",
-            Mean,
-            Balls,
-            Path(Mis),
-        ),
+        of_part("straight-glass", "not-refracted", Balls, Path(Mis)),
+        of_part("wrong-mirror", "mirror-sign", Balls, Path(Mis)),
+        of_part("no-shadows", "shadows-ignored", Cornell, Path(Light)),
+        of_part("hard-shadows", "light-centre", Cornell, Path(Light)),
+        of_part("lit-behind", "back-shines", Lamp, Path(Light)),
+        of_part("bright-far", "distance-not-squared", Lamp, Path(Light)),
+        of_part("twice", "counted-twice", Cornell, Path(Mis)),
+        of_part("no-caustics", "lost-without-pdf", Balls, Path(Mis)),
+        of_part("caustics-twice", "shadows-pass-glass", Balls, Path(Mis)),
         of_part(
             "colours-exchanged",
             "channels-exchanged",
-            Mean,
             Cornell,
             Path(Mis),
         ),
-        of_part("colours-strong", "albedo-squared", Mean, Cornell, Path(Mis)),
+        of_part("colours-strong", "albedo-squared", Cornell, Path(Mis)),
         by_camera(
             "mirrored",
             "the camera's right is its left",
@@ -206,7 +180,10 @@ pub fn all() -> Vec<Symptom> {
             "rays pass through the corner of a pixel for its middle",
             |[ahead, right, up], half| [ahead + half * (right - up), right, up],
         ),
-        of_part("fireflies", "equal-weights", Noise, Cornell, Path(Mis)),
+        Symptom {
+            shown_by: Noise,
+            ..of_part("fireflies", "equal-weights", Cornell, Path(Mis))
+        },
         by_streams(
             "noise-stays",
             "a pixel gets the random numbers of its first two samples again and again",
@@ -219,9 +196,9 @@ pub fn all() -> Vec<Symptom> {
             Pattern,
             |[x, y], sample| ([x / 8, y], sample),
         ),
-        of_part("leak", "either-side", Mean, Shelf, Photons(0.1)),
-        of_part("bright-corners", "round-corners", Mean, Shelf, Photons(0.1)),
-        of_part("blurred", "radius-kept", Mean, Balls, Sppm(0.2)),
+        of_part("leak", "either-side", Shelf, Photons(0.1)),
+        of_part("bright-corners", "round-corners", Shelf, Photons(0.1)),
+        of_part("blurred", "radius-kept", Balls, Sppm(0.2)),
     ]
 }
 
@@ -374,11 +351,7 @@ fn film(
     seed: u64,
     samples: u32,
 ) -> Result<Vec<DVec3>, Error> {
-    let frames = Frames {
-        scene,
-        size: SIZE,
-        replications: 0..samples,
-    };
+    let frames = Frames::first(scene, SIZE, samples.into());
     let film = independent_film(&frames, estimator, pixel, seed)?;
     Ok(film.pixels().iter().map(Pixel::mean).collect())
 }
