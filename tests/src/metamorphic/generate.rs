@@ -316,11 +316,7 @@ impl Generator {
     /// Adds a sphere in a sphere, of which the outer is glass.
     fn nested(&mut self, centre: DVec3, radius: f64) {
         let index = self.between(1.1, 1.9);
-        let glass = self.named(Material {
-            model: "glass".to_owned(),
-            emission: [0.0; 3],
-            parameters: toml::Table::from_iter([("index".to_owned(), index.into())]),
-        });
+        let glass = self.named(Material::new("glass", [("index", index.into())]));
         self.scene.objects.push(Object::Sphere {
             material: glass,
             centre: centre.to_array(),
@@ -391,9 +387,8 @@ impl Generator {
         let emission = self.emission();
         let name = format!("m{}", self.scene.materials.len() - 1);
         let black = Material {
-            model: "black".to_owned(),
             emission,
-            parameters: toml::Table::new(),
+            ..Material::new("black", [])
         };
         self.scene.materials.insert(name, black);
     }

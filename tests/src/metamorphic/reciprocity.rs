@@ -36,12 +36,7 @@ pub(super) fn reciprocity(
             };
             patch.is_free(&built).then_some(patch)
         })?;
-        let albedo = toml::Table::from_iter([("albedo".to_owned(), vec![0.5; 3].into())]);
-        let material = Material {
-            model: "lambert".to_owned(),
-            emission: [0.0; 3],
-            parameters: albedo,
-        };
+        let material = Material::new("lambert", [("albedo", vec![0.5; 3].into())]);
         dark.materials.insert(name.to_owned(), material);
         dark.objects.push(patch.object(name));
         patches.push(patch);

@@ -88,16 +88,19 @@ fn steps(scene: &SceneText) -> Vec<SceneText> {
                 material.emission = [1.0; 3];
             }
         }));
-        step(&with(|material| set_model(material, "black", &[])));
+        step(&with(|material| {
+            remodel(material, Material::new("black", []));
+        }));
         step(&with(|material| {
             // Black is simpler still.
             if material.model != "black" {
-                set_model(material, "lambert", &[("albedo", vec![0.5; 3].into())]);
+                let grey = [("albedo", vec![0.5; 3].into())];
+                remodel(material, Material::new("lambert", grey));
             }
         }));
         step(&with(|material| {
             if material.model == "glass" {
-                set_model(material, "glass", &[("index", 1.5.into())]);
+                remodel(material, Material::new("glass", [("index", 1.5.into())]));
             }
         }));
     }
@@ -107,10 +110,10 @@ fn steps(scene: &SceneText) -> Vec<SceneText> {
     all
 }
 
-fn set_model(material: &mut Material, model: &str, parameters: &[(&str, toml::Value)]) {
-    let owned = |(name, value): &(&str, toml::Value)| ((*name).to_owned(), value.clone());
-    model.clone_into(&mut material.model);
-    material.parameters = parameters.iter().map(owned).collect();
+/// Gives a material another model with its parameters; it emits as before.
+fn remodel(material: &mut Material, to: Material) {
+    let emission = material.emission;
+    *material = Material { emission, ..to };
 }
 
 /// Makes a sphere whole.

@@ -328,12 +328,7 @@ fn index_one(scene: &SceneText, technique: Technique, rng: &mut Stream) -> Optio
     }
     let mut other = scene.clone();
     let name = "air".to_owned();
-    let index = toml::Table::from_iter([("index".to_owned(), 1.0.into())]);
-    let air = Material {
-        model: "glass".to_owned(),
-        emission: [0.0; 3],
-        parameters: index,
-    };
+    let air = Material::new("glass", [("index", 1.0.into())]);
     other.materials.insert(name.clone(), air);
     other.objects.push(Object::Sphere {
         material: name,

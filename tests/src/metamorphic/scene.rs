@@ -57,6 +57,18 @@ pub struct Material {
     pub parameters: toml::Table,
 }
 
+impl Material {
+    /// Returns a material that emits nothing.
+    pub(super) fn new<const N: usize>(model: &str, parameters: [(&str, toml::Value); N]) -> Self {
+        let parameters = parameters.map(|(name, value)| (name.to_owned(), value));
+        Self {
+            model: model.to_owned(),
+            emission: [0.0; 3],
+            parameters: parameters.into_iter().collect(),
+        }
+    }
+}
+
 /// An object; materials by name.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "shape", rename_all = "lowercase", deny_unknown_fields)]

@@ -187,7 +187,7 @@ impl Technique {
         parts: Parts<'_>,
         scene: &Scene,
         seed: u64,
-        Images { count, samples }: Images,
+        images: Images,
     ) -> Result<Vec<Vec<DVec3>>, Error> {
         let sampling = Sampling {
             pixel: PixelSampling::Random,
@@ -195,7 +195,6 @@ impl Technique {
             seed,
             silhouettes: self.silhouettes,
         };
-        let images = Images { count, samples };
         match self.estimator {
             TechniqueKind::Path(settings) => {
                 let renderer = RayRenderer {
