@@ -17,12 +17,10 @@ use whitefurnace::harness::trial::{
     required_outcomes, shard_from_environment,
 };
 
-/// Turns the error of a check into a failed test.
-fn report(result: Result<Vec<Row>, String>) -> Result<(), Failed> {
-    match result {
-        Ok(_) => Ok(()),
-        Err(message) => Err(Failed::from(format!("\n{message}"))),
-    }
+/// Returns a failed test with a message on lines of its own.
+fn failed(mut message: String) -> Failed {
+    message.insert(0, '\n');
+    message.into()
 }
 
 /// Returns a message for each outcome of a trial that no fault is required to fail; `found` is the
@@ -52,10 +50,10 @@ fn without_fault(trial: &Trial, found: &[Row]) -> String {
 /// Checks that a trial holds on its correct subject, and that each of its outcomes must reject a
 /// fault.
 fn on_its_subject(trial: &Trial, context: &Context) -> Result<(), Failed> {
-    let rows = check_subject(trial, context).map_err(|message| format!("\n{message}"))?;
+    let rows = check_subject(trial, context).map_err(failed)?;
     match without_fault(trial, &rows).as_str() {
-        "" => report(Ok(rows)),
-        message => Err(Failed::from(message)),
+        "" => Ok(()),
+        message => Err(message.into()),
     }
 }
 
@@ -66,22 +64,20 @@ fn accepted(pair: &Pair, context: &Context) -> Result<(), Failed> {
     let outcomes = (pair.run)(&context);
     let mut message = power_objections(&name, &outcomes, &context);
     for outcome in &outcomes {
-        let green = match outcome.verdict() {
+        let is_green = match outcome.verdict() {
             Verdict::Holds => true,
             Verdict::Fails => false,
             Verdict::Undecided { .. } => context.scale < 1.0,
         };
-        if !green {
-            message += &format!(
-                "{name}, an equivalent mutant ({}): {outcome:?}\n",
-                pair.fault.wrong
-            );
+        if !is_green {
+            let wrong = pair.fault.wrong;
+            message += &format!("{name}, an equivalent mutant ({wrong}): {outcome:?}\n");
         }
     }
     if message.is_empty() {
         return Ok(());
     }
-    Err(Failed::from(format!("\n{message}")))
+    Err(failed(message))
 }
 
 /// Checks that shards 1/3 to 3/3 partition the tests, and that malformed shards are refused.
@@ -150,7 +146,8 @@ fn main() -> ExitCode {
             let (trial, context) = (Arc::clone(&trial), context.clone());
             let name = full_name(&trial.name, trial.controls[i].name);
             tests.push(Test::test(name, move || {
-                report(check_control(&trial, &trial.controls[i], &context))
+                let checked = check_control(&trial, &trial.controls[i], &context);
+                checked.map(drop).map_err(failed)
             }));
         }
         let context = context.clone();

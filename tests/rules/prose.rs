@@ -198,27 +198,13 @@ fn prose_and_parameters_follow_the_rules() {
         let source = std::fs::read_to_string(path).expect("a source file");
         let name = path.strip_prefix(&root).expect("below the root").display();
         let found = findings(&source).unwrap_or_else(|error| panic!("{name}: {error}"));
-        report.extend(found.into_iter().map(|finding| {
-            (
-                finding.kind,
-                format!(
-                    "{name}:{}: {}: {}",
-                    finding.line, finding.kind, finding.text
-                ),
-            )
-        }));
+        report.extend(
+            found
+                .iter()
+                .map(|Finding { line, kind, text }| format!("{name}:{line}: {kind}: {text}")),
+        );
     }
-    let docs = report
-        .iter()
-        .filter(|(kind, _)| *kind == Kind::Opening)
-        .count();
-    let lines: Vec<String> = report.into_iter().map(|(_, line)| line).collect();
-    assert!(
-        lines.is_empty(),
-        "{}\n{docs} documentation comments, {} parameters",
-        lines.join("\n"),
-        lines.len() - docs
-    );
+    assert!(report.is_empty(), "{}", report.join("\n"));
 }
 
 /// Lines and kinds of what is found in a snippet.
