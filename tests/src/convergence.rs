@@ -48,57 +48,39 @@ impl Profile {
 /// Profiles with variances by integration over c = cos θ: uniform ∫ (2cL)² dc − m², cosine ∫ L² 2c
 /// dc − m².
 pub const PROFILES: [Profile; 4] = [
-    profile(
-        "cos",
-        "strongest overhead",
-        |w| w.z,
-        2.0 / 3.0,
-        4.0 / 5.0 - 4.0 / 9.0,
-        1.0 / 2.0 - 4.0 / 9.0,
-    ),
-    profile(
-        "1-cos",
-        "strongest at the horizon",
-        |w| 1.0 - w.z,
-        1.0 / 3.0,
-        2.0 / 15.0 - 1.0 / 9.0,
-        1.0 / 6.0 - 1.0 / 9.0,
-    ),
-    profile(
-        "cos2",
-        "concentrated overhead",
-        |w| w.z * w.z,
-        1.0 / 2.0,
-        4.0 / 7.0 - 1.0 / 4.0,
-        1.0 / 3.0 - 1.0 / 4.0,
-    ),
-    profile(
-        "cap",
-        "a disc overhead",
-        |w| if w.z > 0.9 { 1.0 } else { 0.0 },
-        0.19,
-        4.0 / 3.0 * (1.0 - 0.729) - 0.0361,
-        0.19 - 0.0361,
-    ),
-];
-
-const fn profile(
-    name: &'static str,
-    light: &'static str,
-    radiance: fn(DVec3) -> f64,
-    mean: f64,
-    uniform: f64,
-    cosine: f64,
-) -> Profile {
     Profile {
-        name,
-        light,
-        radiance,
-        mean,
-        uniform,
-        cosine,
-    }
-}
+        name: "cos",
+        light: "strongest overhead",
+        radiance: |w| w.z,
+        mean: 2.0 / 3.0,
+        uniform: 4.0 / 5.0 - 4.0 / 9.0,
+        cosine: 1.0 / 2.0 - 4.0 / 9.0,
+    },
+    Profile {
+        name: "1-cos",
+        light: "strongest at the horizon",
+        radiance: |w| 1.0 - w.z,
+        mean: 1.0 / 3.0,
+        uniform: 2.0 / 15.0 - 1.0 / 9.0,
+        cosine: 1.0 / 6.0 - 1.0 / 9.0,
+    },
+    Profile {
+        name: "cos2",
+        light: "concentrated overhead",
+        radiance: |w| w.z * w.z,
+        mean: 1.0 / 2.0,
+        uniform: 4.0 / 7.0 - 1.0 / 4.0,
+        cosine: 1.0 / 3.0 - 1.0 / 4.0,
+    },
+    Profile {
+        name: "cap",
+        light: "a disc overhead",
+        radiance: |w| if w.z > 0.9 { 1.0 } else { 0.0 },
+        mean: 0.19,
+        uniform: 4.0 / 3.0 * (1.0 - 0.729) - 0.0361,
+        cosine: 0.19 - 0.0361,
+    },
+];
 
 /// Uniform directions and their pdf.
 pub const UNIFORM: Method = Method::UNIFORM;

@@ -260,10 +260,9 @@ impl Property for Weights {
 }
 
 fn weights() -> FamilyTrial<EstimatorSubject> {
-    let property = "MIS weights sum to one and are proportional to the densities";
     trial(
         "irradiance/weights",
-        property,
+        "MIS weights sum to one and are proportional to the densities",
         "direct light counts more or less than once: lit surfaces are too bright or too dark",
         &MIS,
         "sampling::mis::balance",

@@ -289,11 +289,7 @@ const TOLERANCE: f64 = 1e-8;
 
 fn weights(context: &Context, scene: &Scene, tracers: &Tracers) -> Vec<Outcome> {
     let mut rng = context.rng("paths");
-    let (mut sum, mut hits, mut shadows) = (
-        LargestError::default(),
-        LargestError::default(),
-        LargestError::default(),
-    );
+    let [mut sum, mut hits, mut shadows]: [LargestError; 3] = Default::default();
     for heuristic in [Heuristic::Balance, Heuristic::Power] {
         for lights in LIGHT_SAMPLINGS {
             let (mut least, mut most) = (f64::INFINITY, 0.0_f64);

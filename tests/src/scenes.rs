@@ -78,10 +78,7 @@ pub fn nothing(size: [u32; 2]) -> Arc<Scene> {
 /// # Panics
 /// If they are not.
 pub fn valid(scene: Result<Scene, Error>) -> Arc<Scene> {
-    match scene {
-        Ok(scene) => Arc::new(scene),
-        Err(error) => panic!("{error}"),
-    }
+    Arc::new(scene.unwrap_or_else(|error| panic!("{error}")))
 }
 
 /// Adds a parallelogram with a surface of its own.

@@ -261,15 +261,10 @@ const LIGHTS: &str = r#"
     faces = { lamp = [[0, 2, 1]] }
 "#;
 
+/// Reads a scene and sets its lamps' radiance to [`LAMP`].
 fn described(name: &str, text: &str) -> Description {
-    match Description::parse(name, text) {
-        Ok(description) => lit(description),
-        Err(error) => panic!("{error}"),
-    }
-}
-
-/// Sets the lamps' radiance to [`LAMP`].
-fn lit(mut description: Description) -> Description {
+    let description = Description::parse(name, text);
+    let mut description = description.unwrap_or_else(|error| panic!("{error}"));
     for (name, surface) in &mut description.materials {
         if name == "lamp" {
             surface.emission = LAMP * TINT;
@@ -288,11 +283,10 @@ fn coloured_room() -> Image {
 
 /// Paths from within glass: radiance grows by the square of the index on entering.
 fn within_glass() -> Image {
-    let description = described("within glass", &format!("{ROOM}{GLASS}"));
     Image {
-        description,
-        path: until_light(Strategy::Bsdf),
+        description: described("within glass", &format!("{ROOM}{GLASS}")),
         most: 1.5116 * 1.5116,
+        ..coloured_room()
     }
 }
 
@@ -301,16 +295,13 @@ fn report_room() -> Image {
     let mut description = described("report", include_str!("../../src/scene/files/report.toml"));
     for object in &mut description.objects {
         if let Object::Rectangle { corner, edges, .. } = object {
-            (*corner, *edges) = (
-                DVec3::new(0.0, -5.9, 4.999),
-                [11.8 * DVec3::Y, 10.01 * DVec3::X],
-            );
+            *corner = DVec3::new(0.0, -5.9, 4.999);
+            *edges = [11.8 * DVec3::Y, 10.01 * DVec3::X];
         }
     }
     Image {
         description,
-        path: until_light(Strategy::Bsdf),
-        most: 1.0,
+        ..coloured_room()
     }
 }
 

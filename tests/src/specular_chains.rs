@@ -51,12 +51,6 @@ struct LitThroughCaster {
 }
 
 pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
-    let mirror = light_in_mirror();
-    let image = polygon_irradiance(&corners(DVec3::Z, 6.0));
-    let in_mirror = REFLECTANCE * reflected(image);
-    let glass = light_in_glass();
-    // Transmitted radiance, (1 − R)/n² in the thinner medium, averaged over the hemisphere.
-    let in_glass = FLOOR * LIGHT * (1.0 - walsh(INDEX)) / (INDEX * INDEX);
     let family_trial = |name, consequence, lit: &LitThroughCaster, kind, equation, n| {
         let LitThroughCaster {
             scene,
@@ -69,15 +63,17 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             .states(property, consequence)
             .by_scrambles(*reference, CLOSED_FORM_DELTA, n)
     };
+    let image = polygon_irradiance(&corners(DVec3::Z, 6.0));
     let mirror = LitThroughCaster {
-        scene: mirror,
+        scene: light_in_mirror(),
         how: "in a mirror",
-        reference: in_mirror,
+        reference: REFLECTANCE * reflected(image),
     };
     let glass = LitThroughCaster {
-        scene: glass,
+        scene: light_in_glass(),
         how: "through glass",
-        reference: in_glass,
+        // Transmitted radiance, (1 − R)/n² in the thinner medium, averaged over the hemisphere.
+        reference: FLOOR * LIGHT * (1.0 - walsh(INDEX)) / (INDEX * INDEX),
     };
     vec![
         family_trial(

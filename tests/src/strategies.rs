@@ -95,15 +95,10 @@ fn near_sphere() -> Arc<Scene> {
 }
 
 pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
-    [
-        lights(),
-        penumbra(),
-        vec![heuristics()],
-        vec![power_weights()],
-    ]
-    .into_iter()
-    .flatten()
-    .collect()
+    [lights(), penumbra(), vec![heuristics(), power_weights()]]
+        .into_iter()
+        .flatten()
+        .collect()
 }
 
 /// Trials of lights of each shape by each strategy.
@@ -408,10 +403,9 @@ fn heuristics() -> FamilyTrial<EstimatorSubject> {
         scene: near_light(),
         samples: 2_300_000,
     };
-    let property = "balance and power heuristic have the same mean";
     trial(
         "irradiance/heuristics",
-        property,
+        "balance and power heuristic have the same mean",
         "choosing another MIS heuristic changes the brightness of an image, not only its noise",
         &MIS_POWER,
         "integrator::Path",
@@ -421,10 +415,9 @@ fn heuristics() -> FamilyTrial<EstimatorSubject> {
 }
 
 fn power_weights() -> FamilyTrial<EstimatorSubject> {
-    let property = "power weights sum to one and are proportional to the squares of the densities";
     trial(
         "irradiance/power-weights",
-        property,
+        "power weights sum to one and are proportional to the squares of the densities",
         "lit surfaces are too dark or bright with the power heuristic, which loses or adds light",
         &MIS_POWER,
         "sampling::mis::power",

@@ -155,12 +155,9 @@ impl Property for Weights {
 }
 
 pub(super) fn weights() -> FamilyTrial<EstimatorSubject> {
-    let property =
-        "the weights of all strategies of a path sum to one, in proportion to their densities";
-    let name = "bidirectional/weights";
     trial(
-        name,
-        property,
+        "bidirectional/weights",
+        "the weights of all strategies of a path sum to one, in proportion to their densities",
         "bidirectional images are too bright or dark, as light counts more or less than once",
         &PATH_DENSITY,
         "integrator::weight",

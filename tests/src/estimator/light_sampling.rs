@@ -7,11 +7,8 @@ use crate::prelude::*;
 use crate::solid_angle::{uniform_in_area, with_pdf};
 
 pub(super) fn faults() -> Vec<Fault<EstimatorSubject>> {
-    [points(), weights()].into_iter().flatten().collect()
-}
-
-fn points() -> Vec<Fault<EstimatorSubject>> {
     vec![
+        // Points.
         fault!("angle-pdf-of-area", LIGHT_RECTANGLE,
             "points by solid angle under the pdf of points by area, in the measure of area",
             { sample_solid_angle: |emitter, from, random| with_pdf(emitter, from, random, |_| emitter.pdf_area()) },
@@ -62,11 +59,7 @@ fn points() -> Vec<Fault<EstimatorSubject>> {
         fault!("cone-squeezed", LIGHT_SPHERE, "directions crowd at the middle of the cone",
             { sample_solid_angle: |emitter, from, [r1, r2]| emitter.sample_solid_angle(from, [r1 * r1, r2]) },
             "irradiance/near-sphere/light-angle"),
-    ]
-}
-
-fn weights() -> Vec<Fault<EstimatorSubject>> {
-    vec![
+        // Weights.
         fault!("hits-weighted-by-area", MIS,
             "points by solid angle, but hits are weighted with the pdf of points by area",
             { pdf_solid_angle: |_, _| None }, "irradiance/near-square/mis-angle",

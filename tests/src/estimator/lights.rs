@@ -17,8 +17,30 @@ fn unfolded(emitter: &Emitter, random: [f64; 2]) -> EmitterPoint {
 }
 
 pub(super) fn faults() -> Vec<Fault<EstimatorSubject>> {
-    let mut faults = light_measures();
-    faults.extend([
+    vec![
+        // Measures.
+        fault!("light-cosine-missing", GEOMETRY,
+            "the cosine at the light is missing in the change of measure",
+            { solid_angle_per_area: |_, d2| 1.0 / d2 }, "irradiance/rectangle-report"),
+        fault!("distance-missing", GEOMETRY, "the squared distance is missing in the change of measure",
+            { solid_angle_per_area: |cos, _| cos }, "irradiance/rectangle-report", "irradiance/triangle",
+            "irradiance/perpendicular-squares"),
+        fault!("distance-not-squared", GEOMETRY, "the distance for its square",
+            { solid_angle_per_area: |cos, d2| cos / d2.sqrt() }, "irradiance/rectangle-report",
+            "irradiance/sphere", "irradiance/parallel-squares"),
+        fault!("back-shines", GEOMETRY, "the cosine's magnitude: the back of a light shines, too",
+            { cosine: |n, w| n.dot(w).abs() }, "irradiance/behind"),
+        fault!("area-twice", GEOMETRY, "the density on a light is twice too large",
+            { emitter_pdf_area: |emitter| 2.0 * emitter.pdf_area() }, "irradiance/parallel-squares",
+            "irradiance/sphere", "irradiance/rectangle"),
+        fault!("light-squeezed", GEOMETRY, "points are not uniform on a light",
+            { sample_emitter: |emitter, [r1, r2]| emitter.sample([r1 * r1, r2]) },
+            "irradiance/sphere", "images/convex-object"),
+        fault!("light-centre", GEOMETRY, "every shadow ray goes to the middle of the light",
+            { sample_emitter: |emitter, _| emitter.sample([0.5, 0.5]) }, "irradiance/rectangle"),
+        fault!("triangle-unfolded", GEOMETRY, "points with u + v > 1 on a triangular light",
+            { sample_emitter: unfolded }, "irradiance/triangle"),
+        // Picks, shadow rays and weights.
         fault!("always-the-first", ESTIMATOR, "picks the first emitter every time, with the density of all",
             { pick_emitter: |_, _| 0 }, "irradiance/three-lights", "irradiance/picks"),
         fault!("picks-unevenly", ESTIMATOR, "the pick's number is squared",
@@ -49,32 +71,5 @@ pub(super) fn faults() -> Vec<Fault<EstimatorSubject>> {
         fault!("weights-swapped", MIS,
             "each strategy gets the other's weight: the mean stays, the variance does not",
             { mis_weight: |p, q| q / (p + q) }, "irradiance/weights: balance"),
-    ]);
-    faults
-}
-
-fn light_measures() -> Vec<Fault<EstimatorSubject>> {
-    vec![
-        fault!("light-cosine-missing", GEOMETRY,
-            "the cosine at the light is missing in the change of measure",
-            { solid_angle_per_area: |_, d2| 1.0 / d2 }, "irradiance/rectangle-report"),
-        fault!("distance-missing", GEOMETRY, "the squared distance is missing in the change of measure",
-            { solid_angle_per_area: |cos, _| cos }, "irradiance/rectangle-report", "irradiance/triangle",
-            "irradiance/perpendicular-squares"),
-        fault!("distance-not-squared", GEOMETRY, "the distance for its square",
-            { solid_angle_per_area: |cos, d2| cos / d2.sqrt() }, "irradiance/rectangle-report",
-            "irradiance/sphere", "irradiance/parallel-squares"),
-        fault!("back-shines", GEOMETRY, "the cosine's magnitude: the back of a light shines, too",
-            { cosine: |n, w| n.dot(w).abs() }, "irradiance/behind"),
-        fault!("area-twice", GEOMETRY, "the density on a light is twice too large",
-            { emitter_pdf_area: |emitter| 2.0 * emitter.pdf_area() }, "irradiance/parallel-squares",
-            "irradiance/sphere", "irradiance/rectangle"),
-        fault!("light-squeezed", GEOMETRY, "points are not uniform on a light",
-            { sample_emitter: |emitter, [r1, r2]| emitter.sample([r1 * r1, r2]) },
-            "irradiance/sphere", "images/convex-object"),
-        fault!("light-centre", GEOMETRY, "every shadow ray goes to the middle of the light",
-            { sample_emitter: |emitter, _| emitter.sample([0.5, 0.5]) }, "irradiance/rectangle"),
-        fault!("triangle-unfolded", GEOMETRY, "points with u + v > 1 on a triangular light",
-            { sample_emitter: unfolded }, "irradiance/triangle"),
     ]
 }

@@ -7,14 +7,6 @@ use whitefurnace::geometry::shape::{
 use crate::geometry::{CORRECT, Corners, Shapes, Tuv, readable, watertight};
 use crate::prelude::*;
 
-/// Faults of rays, triangles and spheres.
-pub(super) fn faults() -> Vec<Fault<Shapes>> {
-    [triangle_faults(), sphere_faults()]
-        .into_iter()
-        .flatten()
-        .collect()
-}
-
 /// Counts hits behind the ray's start as well.
 fn behind(ray: &Ray, v: Corners, limit: f64) -> Tuv {
     let back = Ray::new(ray.origin, -ray.direction);
@@ -43,8 +35,16 @@ fn front(ray: &Ray, v: Corners) -> bool {
     (v[1] - v[0]).cross(v[2] - v[0]).dot(ray.direction) < 0.0
 }
 
-fn triangle_faults() -> Vec<Fault<Shapes>> {
+/// Returns one root of (7), if it is ahead.
+fn root(sphere: &Sphere, ray: &Ray, which: usize) -> Option<f64> {
+    let root = sphere_distances(ray, sphere.centre, sphere.radius)?[which];
+    (root > 0.0).then_some(root)
+}
+
+/// Faults of rays, triangles and spheres.
+pub(super) fn faults() -> Vec<Fault<Shapes>> {
     vec![
+        // Rays and triangles.
         fault!("normalised", RAY, "the direction is normalised on the way",
             Shapes: { at: |ray, t| ray.origin + t * ray.direction.normalize() }, "geometry/ray"),
         fault!("corners-exchanged", TRIANGLE_POINT, "u and v exchanged",
@@ -92,17 +92,7 @@ fn triangle_faults() -> Vec<Fault<Shapes>> {
         fault!("not-watertight", TRIANGLE_SOLUTION,
             "the readable form, whose neighbours round an edge each in its own way",
             Shapes: { triangle: readable }, "geometry/triangle-edges"),
-    ]
-}
-
-/// Returns one root of (7), if it is ahead.
-fn root(sphere: &Sphere, ray: &Ray, which: usize) -> Option<f64> {
-    let root = sphere_distances(ray, sphere.centre, sphere.radius)?[which];
-    (root > 0.0).then_some(root)
-}
-
-fn sphere_faults() -> Vec<Fault<Shapes>> {
-    vec![
+        // Spheres.
         fault!("radius-not-squared", SPHERE, "r for r²",
             Shapes: { sphere: |x, c, r| (x - c).length_squared() - r }, "geometry/sphere"),
         fault!("minus-direction", SPHERE_RAY, "x = o − dl",

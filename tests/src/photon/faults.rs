@@ -6,21 +6,15 @@ use whitefurnace::sampling::warp::uniform_hemisphere;
 
 use crate::prelude::*;
 
-pub(crate) fn faults() -> Vec<Fault<EstimatorSubject>> {
-    [densities(), maps(), particles()]
-        .into_iter()
-        .flatten()
-        .collect()
-}
-
 /// Photons that count half.
 pub(super) const HALVED: PartTable = PartTable {
     photon_density: |brdf, flux, _, r2| density(0.5 * brdf, flux, r2),
     ..CORRECT
 };
 
-fn densities() -> Vec<Fault<EstimatorSubject>> {
+pub(crate) fn faults() -> Vec<Fault<EstimatorSubject>> {
     vec![
+        // Densities.
         fault!("radius-for-its-square", PHOTON_DENSITY, "the disc's area is πr",
             { photon_density: |brdf, flux, _, r2| density(brdf, flux, r2.sqrt()) }, "photon/furnace",
             "photon/passes", "photon/sobol"),
@@ -43,11 +37,7 @@ fn densities() -> Vec<Fault<EstimatorSubject>> {
         fault!("radius-too-fast", PHOTON_RADIUS,
             "α = 0: the area is that of pass 1 over i, and the variance never falls",
             { pass_radius_squared: |first, index| first / f64::from(index + 1) }, "photon/passes", "photon/sobol"),
-    ]
-}
-
-fn maps() -> Vec<Fault<EstimatorSubject>> {
-    vec![
+        // Maps.
         fault!("direct-light-twice", PHOTON_DENSITY,
             "the caustic map keeps light that came straight, which shadow rays bring as well",
             { is_caustic: |_| true }, "photon/shadow-rays", "photon/flux-through-glass"),
@@ -56,11 +46,7 @@ fn maps() -> Vec<Fault<EstimatorSubject>> {
         fault!("emitters-gathered", PHOTON_DENSITY,
             "gathering rays count the emitters that they hit: direct light and caustics twice",
             { gathers_emission: || true }, "photon/index-matched", "photon/gather"),
-    ]
-}
-
-fn particles() -> Vec<Fault<EstimatorSubject>> {
-    vec![
+        // Particles.
         fault!("shared-by-stored", PHOTON_FLUX,
             "flux is divided by the photons stored in place of the particles emitted",
             { photon_flux: |flux, _, stored| flux / stored.max(1) as f64 }, "photon/furnace",
