@@ -66,24 +66,17 @@ const HALF: f64 = 1.2;
 
 /// Adds a black sheet in the plane z = `height` with a square opening around the z axis.
 fn sheet(s: &mut SceneBuilder, height: f64) {
-    const SHEET_HALF_WIDTH: f64 = 50.0;
-    let rest = SHEET_HALF_WIDTH - HALF;
+    const FAR: f64 = 50.0;
+    const REST: f64 = FAR - HALF;
     for (corner, [x, y]) in [
-        (
-            [-SHEET_HALF_WIDTH, -SHEET_HALF_WIDTH],
-            [2.0 * SHEET_HALF_WIDTH, rest],
-        ),
-        ([-SHEET_HALF_WIDTH, HALF], [2.0 * SHEET_HALF_WIDTH, rest]),
-        ([-SHEET_HALF_WIDTH, -HALF], [rest, 2.0 * HALF]),
-        ([HALF, -HALF], [rest, 2.0 * HALF]),
+        ([-FAR, -FAR], [2.0 * FAR, REST]),
+        ([-FAR, HALF], [2.0 * FAR, REST]),
+        ([-FAR, -HALF], [REST, 2.0 * HALF]),
+        ([HALF, -HALF], [REST, 2.0 * HALF]),
     ] {
         let corner = DVec3::new(corner[0], corner[1], height);
-        panel(
-            s,
-            corner,
-            [x * DVec3::X, y * DVec3::Y],
-            Surface::new(Bsdf::Black),
-        );
+        let edges = [x * DVec3::X, y * DVec3::Y];
+        panel(s, corner, edges, Surface::new(Bsdf::Black));
     }
 }
 

@@ -1,7 +1,6 @@
 //! Environment maps through the path tracer: the CIE overcast sky over a floor, a sky that varies
 //! by azimuth beside a wall, and a sky partly hidden by a light, each in closed form.
 
-use whitefurnace::integrator::Heuristic;
 use whitefurnace::light::emitter::LightSampling;
 use whitefurnace::light::environment::{Environment, EnvironmentMap};
 
@@ -10,6 +9,7 @@ use crate::scenes::{
     FLOOR, HEIGHT, LIGHT, RECTANGLE, TINT, floor, lambert, light, panel, polygon_irradiance,
     ray_to_origin, scene, square,
 };
+use crate::strategies::path_with;
 
 /// Sets a sky of these radiances, row by row from the zenith; the middle of each row is towards x.
 pub(super) fn sky(builder: &mut SceneBuilder, size: [usize; 2], pixels: Vec<DVec3>) {
@@ -84,7 +84,7 @@ fn behind_light() -> Arc<Scene> {
 }
 
 pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
-    let by = |strategy| EstimatorKind::PathWith(strategy, LightSampling::Area, Heuristic::Balance);
+    let by = |strategy| path_with(strategy, LightSampling::Area);
     let of = |name,
               consequence: &str,
               scene: &Arc<Scene>,

@@ -62,17 +62,10 @@ fn script(scene: &Scene, path: &[Vertex], at: [f64; 2], s: usize) -> Vec<(u32, V
     }
     for (number, i) in (1..).zip((s..path.len()).rev()) {
         let to = (i > s).then(|| &path[i - 1]);
-        let shadow_ray = || {
-            if (s, i) == (1, 1) {
-                shadow_ray_sample(scene, path).0
-            } else {
-                [0.0; 3]
-            }
-        };
-        let mut numbers = if path[i].is_specular() {
-            Vec::new()
-        } else {
-            shadow_ray().to_vec()
+        let mut numbers = match (s, i) {
+            _ if path[i].is_specular() => Vec::new(),
+            (1, 1) => shadow_ray_sample(scene, path).0.to_vec(),
+            _ => vec![0.0; 3],
         };
         numbers.extend(scatter(&path[i], to));
         blocks.push((number, numbers));

@@ -1,8 +1,9 @@
 //! Faults of the hemisphere samplers.
 
+use whitefurnace::math::frame::from_spherical;
 use whitefurnace::sampling::warp::{
     cosine_hemisphere, cosine_hemisphere_pdf, hemisphere_printed, uniform_hemisphere,
-    uniform_hemisphere_pdf,
+    uniform_hemisphere_pdf, uniform_theta,
 };
 
 use crate::hemisphere::{Method, Pdf};
@@ -10,15 +11,12 @@ use crate::prelude::*;
 
 /// (18) without the inverse cosine, θ = rπ/2.
 pub fn linear_theta([r1, r2]: [f64; 2]) -> DVec3 {
-    whitefurnace::math::frame::from_spherical(r1 * PI / 2.0, TAU * r2)
+    from_spherical(r1 * PI / 2.0, TAU * r2)
 }
 
 /// (19) over half the circle.
 pub fn half_circle([r1, r2]: [f64; 2]) -> DVec3 {
-    whitefurnace::math::frame::from_spherical(
-        whitefurnace::sampling::warp::uniform_theta(r1),
-        PI * r2,
-    )
+    from_spherical(uniform_theta(r1), PI * r2)
 }
 
 /// (18) and (19) with one random number.

@@ -6,7 +6,7 @@ use whitefurnace::integrator::radiosity::ReadOut;
 
 use crate::cie::{parallel_corner, upright_corner};
 use crate::prelude::*;
-use crate::radiosity::{Known, KnownRay, SINGLE_PRECISION, SUBJECT};
+use crate::radiosity::{Known, SINGLE_PRECISION, SUBJECT};
 use crate::scenes::{
     FLOOR, HEIGHT, LIGHT, TINT, TRIANGLE, ball, floor, half_hidden_light, lambert, light, panel,
     ray_to_origin, ray_to_origin_from, rectangle_light, scene, square, triangle_light,
@@ -46,17 +46,17 @@ fn family_trial(
     rays: &[(Rays, f64)],
     tolerance: f64,
 ) -> FamilyTrial<EstimatorSubject> {
-    let rays: Vec<_> = rays
+    let radiance = |factor: f64| FLOOR * LIGHT * factor;
+    let seen: Vec<String> = rays
         .iter()
-        .map(|&(ray, factor)| (ray, FLOOR * LIGHT * factor))
+        .map(|(_, factor)| format!("{:.6}", radiance(*factor)))
         .collect();
-    let seen: Vec<String> = rays.iter().map(|(_, l)| format!("{l:.6}")).collect();
     let property = format!("a floor reflects {} of {what}", seen.join(" and "));
-    let rays: Vec<KnownRay> = rays.into_iter().map(|(ray, l)| (ray, l * TINT)).collect();
+    let coloured = |&(ray, factor): &(Rays, f64)| (ray, radiance(factor) * TINT);
     let known = Known {
         scene,
         patches: 4,
-        rays,
+        rays: rays.iter().map(coloured).collect(),
         tolerance,
         read_out: ReadOut::default(),
     };
