@@ -5,7 +5,7 @@ use glam::DVec3;
 
 use super::bvh::{Bvh, Primitive};
 use super::offsets::OFFSET;
-use crate::math::real::{Real, Vector};
+use crate::math::real::{MaskOf, Real, Vector};
 
 /// Maximum number of primitives of a small scene; in larger ones the hierarchy is as fast.
 pub(crate) const MAX_PRIMITIVES: usize = 64;
@@ -79,7 +79,7 @@ impl Hull {
 
     /// Returns whether a point is within, at least some rounding errors away from the walls.
     #[inline]
-    pub fn contains<V: Vector>(&self, point: V) -> <V::Real as Real>::Mask {
+    pub fn contains<V: Vector>(&self, point: V) -> MaskOf<V> {
         let zero = V::Real::splat(0.0);
         self.slabs.iter().fold(zero.cmpeq(zero), |within, slab| {
             let height = V::splat_vector(slab.normal).dot(point);

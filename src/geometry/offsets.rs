@@ -1,6 +1,6 @@
 //! Offsets of rays from surfaces and edges, and the smallest details they allow.
 
-use super::shape::Ray;
+use super::shape::{Ray, SurfacePoint};
 use crate::math::real::{Real, Vector};
 
 /// Largest coordinate, radiance and image height of a scene: products of a few stay finite.
@@ -58,6 +58,12 @@ pub(crate) struct RayOrigin<V: Vector> {
 }
 
 impl<V: Vector> RayOrigin<V> {
+    /// Returns the surface point of a lane.
+    #[inline]
+    pub fn lane(&self, lane: usize) -> SurfacePoint {
+        SurfacePoint::new(self.point.lane(lane), self.normal.lane(lane))
+    }
+
     /// Returns the ray that leaves from the side to which `direction` points.
     #[inline]
     pub fn spawn_ray(&self, direction: V) -> Ray<V> {

@@ -3,7 +3,7 @@
 
 use glam::DVec3;
 
-use crate::math::real::{Mask, Real, Vector};
+use crate::math::real::{Mask, MaskOf, Real, Vector};
 
 /// A ray R(t) = O + tD, equation [`crate::equation::RAY`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,6 +19,30 @@ impl<V: Vector> Ray<V> {
     #[inline]
     pub fn new(origin: V, direction: V) -> Self {
         Self { origin, direction }
+    }
+
+    /// Creates a ray from a function of the lane.
+    #[inline]
+    pub(crate) fn from_fn(lane: impl Fn(usize) -> Ray) -> Self {
+        Self::new(
+            V::from_fn(|i| lane(i).origin),
+            V::from_fn(|i| lane(i).direction),
+        )
+    }
+
+    /// Returns the ray of a lane.
+    #[inline]
+    pub(crate) fn lane(&self, lane: usize) -> Ray {
+        Ray::new(self.origin.lane(lane), self.direction.lane(lane))
+    }
+
+    /// Returns `yes` in the lanes of the mask, and `no` elsewhere.
+    #[inline]
+    pub(crate) fn select(mask: MaskOf<V>, yes: &Self, no: &Self) -> Self {
+        Self::new(
+            V::select(mask, yes.origin, no.origin),
+            V::select(mask, yes.direction, no.direction),
+        )
     }
 
     /// Returns R(t) of (1), which is also x of (6): [`crate::equation::RAY`],
@@ -93,7 +117,7 @@ pub fn sphere_roots<V: Vector>(
     ray: &Ray<V>,
     centre: DVec3,
     radius: f64,
-) -> ([V::Real; 2], <V::Real as Real>::Mask) {
+) -> ([V::Real; 2], MaskOf<V>) {
     let zero = V::Real::splat(0.0);
     let o_c = ray.origin - V::splat_vector(centre);
     let a = ray.direction.length_squared();
@@ -232,6 +256,32 @@ impl<V> SurfacePoint<V> {
     #[inline]
     pub fn new(point: V, normal: V) -> Self {
         Self { point, normal }
+    }
+}
+
+impl<V: Vector> SurfacePoint<V> {
+    /// Creates a surface point from a function of the lane.
+    #[inline]
+    pub(crate) fn from_fn(lane: impl Fn(usize) -> SurfacePoint) -> Self {
+        Self::new(
+            V::from_fn(|i| lane(i).point),
+            V::from_fn(|i| lane(i).normal),
+        )
+    }
+
+    /// Returns the surface point of a lane.
+    #[inline]
+    pub(crate) fn lane(&self, lane: usize) -> SurfacePoint {
+        SurfacePoint::new(self.point.lane(lane), self.normal.lane(lane))
+    }
+
+    /// Returns `yes` in the lanes of the mask, and `no` elsewhere.
+    #[inline]
+    pub(crate) fn select(mask: MaskOf<V>, yes: Self, no: Self) -> Self {
+        Self::new(
+            V::select(mask, yes.point, no.point),
+            V::select(mask, yes.normal, no.normal),
+        )
     }
 }
 

@@ -11,7 +11,7 @@ use glam::DVec3;
 
 use super::shape::Sphere;
 use crate::math::frame::Frame;
-use crate::math::real::{Real, Vector, sin_cos_of_turn};
+use crate::math::real::{MaskOf, Real, Vector, sin_cos_of_turn};
 
 /// Solid angle, sr, below which a shape is not sampled by solid angle: sums of angles lose digits
 /// there (at most 1e-9 of the solid angle above it), and the density of points uniform in area
@@ -202,7 +202,7 @@ impl<V: Vector> VisibleCap<V> {
     /// Returns the caps from several points, and which of the points see one; `None` for zones and
     /// inward normals.
     #[inline]
-    pub fn of(from: V, sphere: &Sphere) -> Option<(Self, <V::Real as Real>::Mask)> {
+    pub fn of(from: V, sphere: &Sphere) -> Option<(Self, MaskOf<V>)> {
         let Sphere { centre, radius, .. } = *sphere;
         if sphere.inward || sphere.heights() != [-radius, radius] {
             return None;

@@ -7,12 +7,11 @@ use std::marker::PhantomData;
 use glam::DVec3;
 use rand::TryRng;
 
+use super::PathParts;
 use super::interaction::{ShadingPoint, SurfaceInteraction};
-use super::{Lanewise, PathParts};
+use super::lanewise::{Lanewise, each};
 use crate::geometry::radiometry;
 use crate::material;
-use crate::material::Vertex;
-use crate::math::frame::Frame;
 use crate::math::real::{Mask, Real, Vector};
 use crate::math::simd::{Wide, lanes_of};
 use crate::sampling::lanes::LaneSampler;
@@ -127,17 +126,13 @@ impl<R: Wide<N>, const N: usize> SurfaceInteraction<'_, R, N> {
         if models.any() {
             let [r1, r2] = numbers;
             let alone = |i: usize| {
-                self.bsdf(i).sample_direction(
-                    self.vertex.wo.lane(i),
-                    [r1.lane(i), r2.lane(i), third.lane(i)],
-                )
+                let random = [r1, r2, third].map(|r| r.lane(i));
+                self.bsdf(i)
+                    .sample_direction(self.vertex.wo.lane(i), random)
             };
-            let own: [Option<DVec3>; N] = from_fn(|i| {
-                if models.lane(i) {
-                    alone(i)
-                } else {
-                    Some(wi.lane(i))
-                }
+            let own: [Option<DVec3>; N] = from_fn(|i| match models.lane(i) {
+                true => alone(i),
+                false => Some(wi.lane(i)),
             });
             exists = active & R::Mask::from_fn(|i| own[i].is_some());
             wi = R::Vector::from_fn(|i| own[i].unwrap_or(DVec3::Z));
@@ -164,35 +159,14 @@ impl<R: Wide<N>, const N: usize> SurfaceInteraction<'_, R, N> {
     ) -> BsdfSample<R> {
         let mut samples: [Option<material::BsdfSample>; N] = [None; N];
         for lane in lanes_of(active.bits()) {
-            let Vertex {
-                point,
-                frame,
-                direction,
-                wo,
-                outside,
-            } = self.vertex;
-            let frame = Frame {
-                x: frame.x.lane(lane),
-                y: frame.y.lane(lane),
-                z: frame.z.lane(lane),
+            let number = PhantomData;
+            let mut rng = LaneRng {
+                random,
+                lane,
+                number,
             };
-            let [point, direction, wo] = [point, direction, wo].map(|v| v.lane(lane));
-            let vertex = Vertex {
-                point,
-                frame,
-                direction,
-                wo,
-                outside: outside.lane(lane),
-            };
-            samples[lane] = parts.sample(
-                self.surface_bsdf(lane),
-                &vertex,
-                &mut LaneRng {
-                    random,
-                    lane,
-                    number: PhantomData,
-                },
-            );
+            let vertex = self.vertex.lane(lane);
+            samples[lane] = parts.sample(self.surface_bsdf(lane), &vertex, &mut rng);
         }
         let exists = R::Mask::from_fn(|i| samples[i].is_some());
         let pdf = |i: usize| samples[i].and_then(|sample| sample.pdf);
@@ -233,11 +207,8 @@ impl<R: Wide<N>, const N: usize> SurfaceInteraction<'_, R, N> {
             } else {
                 one
             };
-            split.reflected.1 = Vector::select(
-                glass,
-                R::Vector::splat_vector(DVec3::ONE) * share,
-                self.colour,
-            );
+            let white = R::Vector::splat_vector(DVec3::ONE);
+            split.reflected.1 = Vector::select(glass, white * share, self.colour);
             (split.refracts, split.refracted) =
                 (glass & exists, (direction, (one - share) * factor));
         }
@@ -260,19 +231,13 @@ impl<R: Wide<N>, const N: usize> SurfaceInteraction<'_, R, N> {
                 pdf: None,
                 radiance_factor: 1.0,
             };
-            let mut samples = [none; N];
-            for i in lanes_of(active.bits()) {
-                samples[i] = parts.sample_uniform(
-                    &self.bsdf(i),
-                    self.vertex.wo.lane(i),
-                    random.map(|r| r.lane(i)),
-                );
-            }
-            let direction = self
-                .vertex
-                .frame
-                .world(R::Vector::from_fn(|i| samples[i].direction));
-            return (direction, R::Vector::from_fn(|i| samples[i].weight));
+            let samples: [_; N] = each(active, none, |i| {
+                let wo = self.vertex.wo.lane(i);
+                parts.sample_uniform(&self.bsdf(i), wo, random.map(|r| r.lane(i)))
+            });
+            let wi = R::Vector::from_fn(|i| samples[i].direction);
+            let weight = R::Vector::from_fn(|i| samples[i].weight);
+            return (self.vertex.frame.world(wi), weight);
         }
         let wi: R::Vector = warp::uniform_hemisphere(random);
         let weight = self.weighted(parts, wi, warp::uniform_hemisphere_pdf(wi.z()), active);
@@ -296,12 +261,11 @@ impl<R: Wide<N>, const N: usize> SurfaceInteraction<'_, R, N> {
             wi
         };
         let cosine = radiometry::cosine(up, above);
-        radiometry::reflected(
+        let (brdf, one) = (
             self.brdf(parts, wi, active),
             R::Vector::splat_vector(DVec3::ONE),
-            cosine,
-            pdf,
-        )
+        );
+        radiometry::reflected(brdf, one, cosine, pdf)
     }
 }
 

@@ -1,14 +1,11 @@
 //! Next-event estimation: light that shadow rays find at a surface.
 
-use std::array::from_fn;
-
 use glam::DVec3;
 
-use super::lanewise::{Lanewise, vectors, visible};
+use super::lanewise::{Lanewise, each, vectors, visible};
 use super::light_sampling::{LightNumbers, LightView, PickedLight, PickedPoint, light_pdf};
 use super::{PathParts, ScalarShadingPoint, ShadingPoint};
 use crate::geometry::radiometry;
-use crate::geometry::shape::{Ray, SurfacePoint};
 use crate::light::emitter::{EmitterPoint, LightSampling};
 use crate::light::environment::EnvironmentMap;
 use crate::material::{Bsdf, Vertex};
@@ -53,7 +50,7 @@ impl<R: Real> LightSample<R> {
     /// Creates a sample without light in any lane.
     #[inline]
     fn none() -> Self {
-        let none = R::Vector::splat_vector(DVec3::ZERO);
+        let none = R::Vector::zero();
         Self {
             arrives: R::Mask::splat(false),
             wi: none,
@@ -125,14 +122,8 @@ pub(super) fn sample_light_by<
     if scene.scene.emitters().is_empty() || !active.any() {
         return LightSample::none();
     }
-    let picked = PickedLight::new(
-        parts,
-        scene.scene,
-        shadow_rays.lights,
-        at.vertex().point,
-        random,
-        active,
-    );
+    let (lights, from) = (shadow_rays.lights, at.vertex().point);
+    let picked = PickedLight::new(parts, scene.scene, lights, from, random, active);
     light_from(parts, scene, at, &picked, shadow_rays.pass_glass, scratch)
 }
 
@@ -147,13 +138,8 @@ fn light_from<P: PathParts + ?Sized, X: ShadingPoint<R>, R: Wide<N>, const N: us
     scratch: &mut IntersectionScratch<R, N>,
 ) -> LightSample<R> {
     let (zero, vertex) = (R::splat(0.0), at.vertex());
-    let PickedLight {
-        probability,
-        on_emitter,
-        active,
-        ..
-    } = picked;
-    let (point, active) = (on_emitter.point, *active);
+    let (on_emitter, active) = (&picked.on_emitter, picked.active);
+    let point = on_emitter.point;
     let to_light = point.point - vertex.point;
     let distance_squared = to_light.length_squared();
     let direction = to_light * distance_squared.sqrt().recip();
@@ -166,28 +152,17 @@ fn light_from<P: PathParts + ?Sized, X: ShadingPoint<R>, R: Wide<N>, const N: us
     let wi = vertex.frame.local(direction);
     let brdf = at.brdf(parts, wi, active);
     let pdf = on_emitter.pdf(parts, cosine_at_light, distance_squared, active);
-    let pdf = parts.lanes_pdf_of_pick(pdf, *probability, active);
-    let active = active & !is_zero(brdf);
+    let pdf = parts.lanes_pdf_of_pick(pdf, picked.probability, active);
+    let active = active & !brdf.is_zero();
     let arrives = if active.any() {
-        let light = scene.scene.ray_origin(point.point, point.normal);
-        visible(
-            parts,
-            scene,
-            &at.ray_origin(),
-            &light,
-            pass_glass,
-            active,
-            scratch,
-        )
+        let from = at.ray_origin();
+        let to = scene.scene.ray_origin(point.point, point.normal);
+        visible(parts, scene, &from, &to, pass_glass, active, scratch)
     } else {
         active
     };
-    let reflected = at.to_radiance(
-        parts,
-        radiometry::reflected(brdf, on_emitter.radiance, cosine, pdf),
-        wi,
-        arrives,
-    );
+    let reflected = radiometry::reflected(brdf, on_emitter.radiance, cosine, pdf);
+    let reflected = at.to_radiance(parts, reflected, wi, arrives);
     LightSample {
         arrives,
         wi,
@@ -208,39 +183,25 @@ fn sample_map<P: PathParts + ?Sized, X: ShadingPoint<R>, R: Wide<N>, const N: us
 ) -> LightSample<R> {
     let vertex = at.vertex();
     let sample = |i: usize| parts.sample_map(map, random.map(|r| r.lane(i)));
-    let samples: [_; N] = from_fn(|i| {
-        if active.lane(i) {
-            sample(i)
-        } else {
-            (DVec3::Z, 1.0)
-        }
-    });
+    let samples: [_; N] = each(active, (DVec3::Z, 1.0), sample);
     let direction = R::Vector::from_fn(|i| samples[i].0);
     let pdf = R::from_lanes(|i| samples[i].1);
     let cosine = at.cosine(parts, direction, active);
     let wi = vertex.frame.local(direction);
     let brdf = at.brdf(parts, wi, active);
-    let active = active & cosine.cmpgt(R::splat(0.0)) & !is_zero(brdf);
+    let active = active & cosine.cmpgt(R::splat(0.0)) & !brdf.is_zero();
     let origin = at.ray_origin();
     let ray = origin.spawn_ray(direction);
     let sees_background = |i: usize| {
         if parts.is_default() {
-            return scene.escapes(&Ray::new(ray.origin.lane(i), ray.direction.lane(i)));
+            return scene.escapes(&ray.lane(i));
         }
-        parts.sees_background(
-            scene,
-            SurfacePoint::new(origin.point.lane(i), origin.normal.lane(i)),
-            samples[i].0,
-        )
+        parts.sees_background(scene, origin.lane(i), samples[i].0)
     };
     let arrives = R::Mask::from_fn(|i| active.lane(i) && sees_background(i));
     let radiance = vectors(arrives, |i| map.radiance(samples[i].0));
-    let reflected = at.to_radiance(
-        parts,
-        radiometry::reflected(brdf, radiance, cosine, pdf),
-        wi,
-        arrives,
-    );
+    let reflected = radiometry::reflected(brdf, radiance, cosine, pdf);
+    let reflected = at.to_radiance(parts, reflected, wi, arrives);
     LightSample {
         arrives,
         wi,
@@ -279,14 +240,6 @@ pub(super) fn sample_light_or_map<
     of_map.or(to_map, light.picked(1.0 - share))
 }
 
-/// Returns whether all components are 0.
-#[inline]
-fn is_zero<V: Vector>(vector: V) -> <V::Real as Real>::Mask {
-    let [x, y, z] = vector.components();
-    let zero = V::Real::splat(0.0);
-    x.cmpeq(zero) & y.cmpeq(zero) & z.cmpeq(zero)
-}
-
 /// Light that arrives at one surface point from an emitter.
 pub(super) struct DirectLight {
     /// f_r L cos θ / p.
@@ -318,14 +271,8 @@ pub(super) fn direct_light<P: PathParts + ?Sized, R: Sampler + ?Sized>(
         pick: uniform(rng),
         point: uniform2(rng),
     };
-    let picked = PickedLight::new(
-        parts,
-        scene,
-        shadow_rays.lights,
-        vertex.point,
-        &random,
-        true,
-    );
+    let (lights, from) = (shadow_rays.lights, vertex.point);
+    let picked = PickedLight::new(parts, scene, lights, from, &random, true);
     let (lanes, scratch) = (LaneScene::new(scene), &mut IntersectionScratch::new());
     let light: LightSample<f64> =
         light_from(parts, lanes, &at, &picked, shadow_rays.pass_glass, scratch);

@@ -3,7 +3,8 @@
 
 use glam::DVec3;
 
-use super::{Lanewise, PathParts, TransportRules, vectors};
+use super::lanewise::{Lanewise, numbers, vectors};
+use super::{PathParts, TransportRules};
 use crate::error::Error;
 use crate::film::{Features, Pixel, features, is_valid_depth};
 use crate::geometry::bvh::PacketHit;
@@ -157,7 +158,7 @@ impl<R: Wide<N>, const N: usize> ShadingPoint<R> for SurfaceInteraction<'_, R, N
             bracket = R::select(is_printed, printed, bracket);
         }
         let above = wo.z().cmpgt(zero) & wi.z().cmpgt(zero);
-        let none = R::Vector::splat_vector(DVec3::ZERO);
+        let none = R::Vector::zero();
         let brdf = Vector::select(above & self.non_delta, lambert(self.colour) * bracket, none);
         let per_lane = self.is(PER_LANE);
         if !per_lane.any() {
@@ -285,20 +286,15 @@ impl<'a, R: Wide<N>, const N: usize> SurfaceInteraction<'a, R, N> {
     pub fn emitted(&self) -> R::Vector {
         let front = self.normal.dot(self.vertex.direction).cmplt(R::splat(0.0));
         let radiance = R::Vector::from_fn(|i| self.emitter_radiance(i));
-        Vector::select(front, radiance, R::Vector::splat_vector(DVec3::ZERO))
+        Vector::select(front, radiance, R::Vector::zero())
     }
 
     /// Returns the emitted radiance under these rules.
     pub fn emitted_under(&self, rules: &TransportRules) -> R::Vector {
         let radiance = self.emitted();
-        let none = R::Vector::splat_vector(DVec3::ZERO);
-        let zero = R::splat(0.0);
-        let dark = radiance
-            .components()
-            .into_iter()
-            .fold(R::Mask::splat(true), |dark, c| dark & c.cmpeq(zero));
         rules.emitted_radiance.map_or(radiance, |shown| {
-            Vector::select(dark, none, R::Vector::splat_vector(DVec3::splat(shown)))
+            let shown = R::Vector::splat_vector(DVec3::splat(shown));
+            Vector::select(radiance.is_zero(), R::Vector::zero(), shown)
         })
     }
 
@@ -368,7 +364,7 @@ impl<'a, R: Wide<N>, const N: usize> SurfaceInteraction<'a, R, N> {
     pub fn pdf<P: PathParts + ?Sized>(&self, parts: &P, wi: R::Vector, active: R::Mask) -> R {
         let pdf = |i: usize| parts.pdf(&self.bsdf(i), self.vertex.wo.lane(i), wi.lane(i));
         if !parts.is_default() {
-            return R::from_lanes(|i| if active.lane(i) { pdf(i) } else { 0.0 });
+            return numbers(active, pdf);
         }
         let by_cosine = warp::cosine_hemisphere_pdf(wi.z());
         let models = self.is(NOT_COSINE_SAMPLED);

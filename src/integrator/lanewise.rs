@@ -6,10 +6,9 @@ use glam::DVec3;
 use super::PathParts;
 use crate::geometry::offsets::RayOrigin;
 use crate::geometry::radiometry;
-use crate::geometry::shape::SurfacePoint;
 use crate::light::emitter::{Emitter, EmitterPoint};
 use crate::material::fresnel;
-use crate::math::real::{Mask, Real, Vector};
+use crate::math::real::{Mask, MaskOf, Real, Vector};
 use crate::math::simd::Wide;
 use crate::sampling::mis::{Heuristic, Strategy};
 use crate::sampling::{mis, roulette};
@@ -19,12 +18,7 @@ use crate::scene::lanes::{IntersectionScratch, LaneScene};
 pub(crate) trait Lanewise: PathParts {
     /// Returns cos θ of (9).
     #[inline]
-    fn lanes_cosine<V: Vector>(
-        &self,
-        normal: V,
-        direction: V,
-        active: <V::Real as Real>::Mask,
-    ) -> V::Real {
+    fn lanes_cosine<V: Vector>(&self, normal: V, direction: V, active: MaskOf<V>) -> V::Real {
         if self.is_default() {
             return radiometry::cosine(normal, direction);
         }
@@ -49,13 +43,13 @@ pub(crate) trait Lanewise: PathParts {
         direction: V,
         normal: V,
         [n1, n2]: [V::Real; 2],
-        active: <V::Real as Real>::Mask,
-    ) -> (V, <V::Real as Real>::Mask) {
+        active: MaskOf<V>,
+    ) -> (V, MaskOf<V>) {
         if self.is_default() {
             return fresnel::refracted(direction, normal, n1, n2);
         }
         let refract = |i| self.refract(direction.lane(i), normal.lane(i), n1.lane(i), n2.lane(i));
-        let exists = <V::Real as Real>::Mask::from_fn(|i| active.lane(i) && refract(i).is_some());
+        let exists = MaskOf::<V>::from_fn(|i| active.lane(i) && refract(i).is_some());
         (
             vectors(exists, |i| refract(i).unwrap_or(DVec3::ZERO)),
             exists,
@@ -73,12 +67,7 @@ pub(crate) trait Lanewise: PathParts {
 
     /// Returns the mirror directions.
     #[inline]
-    fn lanes_mirror<V: Vector>(
-        &self,
-        direction: V,
-        normal: V,
-        active: <V::Real as Real>::Mask,
-    ) -> V {
+    fn lanes_mirror<V: Vector>(&self, direction: V, normal: V, active: MaskOf<V>) -> V {
         if self.is_default() {
             return fresnel::reflect(direction, normal);
         }
@@ -91,10 +80,10 @@ pub(crate) trait Lanewise: PathParts {
     fn lanes_survive<V: Vector>(
         &self,
         throughput: V,
-        early: <V::Real as Real>::Mask,
+        early: MaskOf<V>,
         random: V::Real,
-        active: <V::Real as Real>::Mask,
-    ) -> (<V::Real as Real>::Mask, V::Real) {
+        active: MaskOf<V>,
+    ) -> (MaskOf<V>, V::Real) {
         if self.is_default() {
             let survival = roulette::by_throughput(throughput, early);
             return (
@@ -102,15 +91,10 @@ pub(crate) trait Lanewise: PathParts {
                 roulette::weight(survival),
             );
         }
-        let mut weights = [None; MAX_LANES];
-        for (i, weight) in weights
-            .iter_mut()
-            .enumerate()
-            .filter(|(i, _)| active.lane(*i))
-        {
-            *weight = self.survive(throughput.lane(i), early.lane(i), random.lane(i));
-        }
-        let survives = <V::Real as Real>::Mask::from_fn(|i| weights[i].is_some());
+        let weights: [_; MAX_LANES] = each(active, None, |i| {
+            self.survive(throughput.lane(i), early.lane(i), random.lane(i))
+        });
+        let survives = MaskOf::<V>::from_fn(|i| weights[i].is_some());
         (survives, V::Real::from_lanes(|i| weights[i].unwrap_or(1.0)))
     }
 
@@ -149,22 +133,11 @@ pub(crate) trait Lanewise: PathParts {
         if self.is_default() {
             return emitter.sample(random);
         }
-        let none = EmitterPoint {
-            point: DVec3::ZERO,
-            normal: DVec3::Z,
-        };
-        let mut points = [none; MAX_LANES];
-        for (i, point) in points
-            .iter_mut()
-            .enumerate()
-            .filter(|(i, _)| active.lane(*i))
-        {
-            *point = self.sample_emitter(emitter, random.map(|r| r.lane(i)));
-        }
-        EmitterPoint {
-            point: R::Vector::from_fn(|i| points[i].point),
-            normal: R::Vector::from_fn(|i| points[i].normal),
-        }
+        let none = EmitterPoint::new(DVec3::ZERO, DVec3::Z);
+        let points: [_; MAX_LANES] = each(active, none, |i| {
+            self.sample_emitter(emitter, random.map(|r| r.lane(i)))
+        });
+        EmitterPoint::from_fn(|i| points[i])
     }
 
     /// Samples a point on an emitter uniformly in the solid angle seen from a point: returns the
@@ -182,22 +155,14 @@ pub(crate) trait Lanewise: PathParts {
         {
             return sampled;
         }
-        let mut samples = [None; MAX_LANES];
-        for (i, sample) in samples
-            .iter_mut()
-            .enumerate()
-            .filter(|(i, _)| active.lane(*i))
-        {
-            *sample = self.sample_solid_angle(emitter, from.lane(i), random.map(|r| r.lane(i)));
-        }
-        let point = |i: usize| samples[i].map(|(point, _)| point);
+        let samples: [_; MAX_LANES] = each(active, None, |i| {
+            self.sample_solid_angle(emitter, from.lane(i), random.map(|r| r.lane(i)))
+        });
+        let none = (EmitterPoint::new(DVec3::ZERO, DVec3::ZERO), 0.0);
         (
             R::Mask::from_fn(|i| samples[i].is_some()),
-            EmitterPoint {
-                point: R::Vector::from_fn(|i| point(i).map_or(DVec3::ZERO, |light| light.point)),
-                normal: R::Vector::from_fn(|i| point(i).map_or(DVec3::ZERO, |light| light.normal)),
-            },
-            R::from_lanes(|i| samples[i].map_or(0.0, |(_, pdf)| pdf)),
+            EmitterPoint::from_fn(|i| samples[i].unwrap_or(none).0),
+            R::from_lanes(|i| samples[i].unwrap_or(none).1),
         )
     }
 
@@ -215,10 +180,9 @@ pub(crate) trait Lanewise: PathParts {
         {
             return pdf;
         }
-        let mut pdfs = [None; MAX_LANES];
-        for (i, pdf) in pdfs.iter_mut().enumerate().filter(|(i, _)| active.lane(*i)) {
-            *pdf = self.pdf_solid_angle(emitter, from.lane(i));
-        }
+        let pdfs: [_; MAX_LANES] = each(active, None, |i| {
+            self.pdf_solid_angle(emitter, from.lane(i))
+        });
         (
             R::Mask::from_fn(|i| pdfs[i].is_some()),
             R::from_lanes(|i| pdfs[i].unwrap_or(0.0)),
@@ -291,6 +255,21 @@ impl<P: PathParts + ?Sized> Lanewise for P {}
 /// Largest number of lanes.
 const MAX_LANES: usize = crate::math::simd::SINGLES;
 
+/// Evaluates a value in each lane of the mask; `none` in other lanes.
+#[inline]
+pub(super) fn each<T: Copy, M: Mask, const N: usize>(
+    active: M,
+    none: T,
+    value: impl Fn(usize) -> T,
+) -> [T; N] {
+    // A loop: `from_fn` would be unrolled.
+    let mut values = [none; N];
+    for lane in (0..N).filter(|lane| active.lane(*lane)) {
+        values[lane] = value(lane);
+    }
+    values
+}
+
 /// Evaluates a number in each lane of the mask; 0 in other lanes.
 #[inline]
 pub(crate) fn numbers<R: Real>(active: R::Mask, number: impl Fn(usize) -> f64) -> R {
@@ -299,10 +278,7 @@ pub(crate) fn numbers<R: Real>(active: R::Mask, number: impl Fn(usize) -> f64) -
 
 /// Evaluates a vector in each lane of the mask; 0 in other lanes.
 #[inline]
-pub(crate) fn vectors<V: Vector>(
-    active: <V::Real as Real>::Mask,
-    vector: impl Fn(usize) -> DVec3,
-) -> V {
+pub(crate) fn vectors<V: Vector>(active: MaskOf<V>, vector: impl Fn(usize) -> DVec3) -> V {
     V::from_fn(|i| {
         if active.lane(i) {
             vector(i)
@@ -327,9 +303,6 @@ pub(super) fn visible<P: PathParts + ?Sized, R: Wide<N>, const N: usize>(
     if parts.is_default() {
         return scene.visible(x, y, through_glass, active, scratch);
     }
-    let end = |origin: &RayOrigin<R::Vector>, i: usize| {
-        SurfacePoint::new(origin.point.lane(i), origin.normal.lane(i))
-    };
-    let visible = |i: usize| parts.visible(scene.scene, end(x, i), end(y, i), through_glass);
+    let visible = |i: usize| parts.visible(scene.scene, x.lane(i), y.lane(i), through_glass);
     R::Mask::from_fn(|i| active.lane(i) && visible(i))
 }

@@ -1,10 +1,8 @@
 //! Light sampling: how particles and shadow rays pick points on emitters, and their pdfs.
 
-use std::array::from_fn;
-
 use glam::DVec3;
 
-use super::lanewise::Lanewise;
+use super::lanewise::{Lanewise, each};
 use super::{NextEvent, PathParts};
 use crate::light::emitter::{Emitter, EmitterPoint, LightSampling};
 use crate::light::light_sampler;
@@ -28,25 +26,16 @@ impl<R: Real> LightNumbers<R> {
     /// Draws the numbers in the lanes of the mask; all are 0 in a scene without emitters.
     #[inline]
     pub fn new<S: LaneSampler<R>>(scene: &Scene, active: R::Mask, random: &mut S) -> Self {
-        let zero = R::splat(0.0);
-        let pick = match scene.emitters().len() {
-            _ if !active.any() => zero,
-            0 => {
-                return Self {
-                    pick: zero,
-                    point: [zero; 2],
-                };
-            }
-            1 => {
+        let (mut pick, mut point) = (R::splat(0.0), [R::splat(0.0); 2]);
+        if active.any() && !scene.emitters().is_empty() {
+            if scene.emitters().len() == 1 {
                 random.skip(active);
-                zero
+            } else {
+                pick = random.uniform(active);
             }
-            _ => random.uniform(active),
-        };
-        Self {
-            pick,
-            point: [random.uniform(active), random.uniform(active)],
+            point = [random.uniform(active), random.uniform(active)];
         }
+        Self { pick, point }
     }
 }
 
@@ -137,7 +126,7 @@ fn pick_emitters<P: PathParts + ?Sized, R: Wide<N>, const N: usize>(
     }
     if !parts.is_default() || !lights.by_importance(count) || scene.light_tree().is_nested() {
         let one = |i| pick_from(parts, scene, lights, from.lane(i), r.lane(i));
-        let each: [_; N] = from_fn(|i| if active.lane(i) { one(i) } else { (0, 1.0) });
+        let each: [_; N] = each(active, (0, 1.0), one);
         return (each.map(|(index, _)| index), R::from_lanes(|i| each[i].1));
     }
     let mut shares = [R::splat(0.0); light_sampler::MAX_EXACT_LIGHTS];
@@ -196,15 +185,8 @@ impl<R: Wide<N>, const N: usize> PickedLight<R, N> {
     ) -> Self {
         let (emitter, probability) = pick_emitters(parts, scene, lights, from, random.pick, active);
         let active = active & probability.cmpgt(R::splat(0.0));
-        let on_emitter = PickedPoint::new(
-            parts,
-            scene.emitters(),
-            lights,
-            emitter,
-            from,
-            random.point,
-            active,
-        );
+        let (emitters, random) = (scene.emitters(), random.point);
+        let on_emitter = PickedPoint::new(parts, emitters, lights, emitter, from, random, active);
         Self {
             emitter,
             probability,
@@ -236,12 +218,9 @@ impl<R: Real> PickedPoint<R> {
         random: [R; 2],
         active: R::Mask,
     ) -> Self {
-        let (zero, none) = (R::splat(0.0), R::Vector::splat_vector(DVec3::ZERO));
+        let (zero, none) = (R::splat(0.0), R::Vector::zero());
         let mut picked = Self {
-            point: EmitterPoint {
-                point: none,
-                normal: none,
-            },
+            point: EmitterPoint::new(none, none),
             radiance: none,
             pdf_area: zero,
             by_angle: R::Mask::splat(false),
@@ -255,26 +234,18 @@ impl<R: Real> PickedPoint<R> {
                     parts.lanes_sample_solid_angle(emitter, from, random, here);
                 let exists = here & exists;
                 left = here & !exists;
-                picked.point.point = Vector::select(exists, point.point, picked.point.point);
-                picked.point.normal = Vector::select(exists, point.normal, picked.point.normal);
+                picked.point = EmitterPoint::select(exists, point, picked.point);
                 picked.by_angle = picked.by_angle | exists;
                 picked.pdf_angle = R::select(exists, pdf, picked.pdf_angle);
             }
             if left.any() {
                 let point = parts.lanes_sample_emitter(emitter, random, left);
-                picked.point.point = Vector::select(left, point.point, picked.point.point);
-                picked.point.normal = Vector::select(left, point.normal, picked.point.normal);
+                picked.point = EmitterPoint::select(left, point, picked.point);
             }
-            picked.radiance = Vector::select(
-                here,
-                R::Vector::splat_vector(emitter.radiance),
-                picked.radiance,
-            );
-            picked.pdf_area = R::select(
-                here,
-                R::splat(parts.emitter_pdf_area(emitter)),
-                picked.pdf_area,
-            );
+            let radiance = R::Vector::splat_vector(emitter.radiance);
+            picked.radiance = Vector::select(here, radiance, picked.radiance);
+            let pdf_area = R::splat(parts.emitter_pdf_area(emitter));
+            picked.pdf_area = R::select(here, pdf_area, picked.pdf_area);
         });
         picked
     }
@@ -316,17 +287,12 @@ pub(super) fn light_pdf<P: PathParts + ?Sized, R: Wide<N>, const N: usize>(
     view: LightView<R, N>,
     active: R::Mask,
 ) -> R {
-    let LightView {
-        emitter,
-        cosine,
-        distance_squared,
-    } = view;
     let zero = R::splat(0.0);
-    let probability: R = probability_of_pick(parts, scene, lights, from, emitter, active);
+    let probability: R = probability_of_pick(parts, scene, lights, from, view.emitter, active);
     let active = active & probability.cmpgt(zero);
-    let per_area = parts.lanes_solid_angle_per_area(cosine, distance_squared, active);
+    let per_area = parts.lanes_solid_angle_per_area(view.cosine, view.distance_squared, active);
     let mut pdf = R::splat(1.0) / per_area;
-    for_each_distinct(emitter, active, |number, here: R::Mask| {
+    for_each_distinct(view.emitter, active, |number, here: R::Mask| {
         let emitter = &scene.emitters()[number];
         let mut own = R::splat(parts.emitter_pdf_area(emitter)) / per_area;
         if lights.by_solid_angle(emitter) {

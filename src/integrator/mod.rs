@@ -38,7 +38,6 @@ pub use bdpt::{Bdpt, Connections};
 pub(crate) use bsdf_sample::BsdfSample;
 use direct_light::ShadowRays;
 pub(crate) use interaction::{ScalarShadingPoint, ShadingPoint, SurfaceInteraction};
-pub(crate) use lanewise::{Lanewise, vectors};
 pub use light_tracer::LightTracer;
 pub use next_event::NextEvent;
 pub use path::Path;

@@ -94,6 +94,13 @@ impl<'a> Path<'a> {
         parts.lanes_mis_weight(self.heuristic, pdf, other, active)
     }
 
+    /// Returns the lanes whose emission has an MIS weight, among those in which shadow rays sample
+    /// the same light.
+    #[inline]
+    fn weighted<M: Mask>(&self, light_sampled: M) -> M {
+        light_sampled & M::splat(self.strategy == Strategy::Mis)
+    }
+
     /// Returns the MIS weights of emitters that the active paths have hit. If the ray's direction
     /// has a pdf, a shadow ray could have found the same light; if the ray comes from a specular
     /// caster, a specular connection could have.
@@ -108,12 +115,7 @@ impl<'a> Path<'a> {
     ) -> R {
         let cosine = parts.lanes_cosine(surface.normal, -paths.ray.direction, active);
         let emitter = from_fn(|i| surface.emitter(i).map_or(0, |emitter| emitter as usize));
-        let none = R::Mask::splat(false);
-        let weighted = if self.strategy == Strategy::Mis {
-            active & paths.light_sampled
-        } else {
-            none
-        };
+        let weighted = self.weighted(active & paths.light_sampled);
         let (past, chain_pdf, chain_other) = if self.uses_casters(scene.scene) {
             let light = LightHit {
                 emitter,
@@ -124,7 +126,7 @@ impl<'a> Path<'a> {
                 .chains
                 .pdfs(parts, scene, &light, active & !paths.light_sampled)
         } else {
-            (none, R::splat(0.0), R::splat(0.0))
+            (R::Mask::splat(false), R::splat(0.0), R::splat(0.0))
         };
         let counts = parts.lanes_count_emission(
             self.strategy,
@@ -138,29 +140,17 @@ impl<'a> Path<'a> {
                 cosine,
                 distance_squared: surface.t * surface.t,
             };
-            let mut other = light_pdf(
-                parts,
-                scene.scene,
-                self.lights,
-                paths.ray.origin,
-                view,
-                weighted,
-            );
-            if scene.scene.background().map().is_some() {
-                other = other * (1.0 - parts.map_probability(scene.scene.emitters().len()));
+            let (scene, from) = (scene.scene, paths.ray.origin);
+            let mut other = light_pdf(parts, scene, self.lights, from, view, weighted);
+            if scene.background().map().is_some() {
+                other = other * (1.0 - parts.map_probability(scene.emitters().len()));
             }
-            weight = R::select(
-                weighted,
-                self.weight(parts, paths.pdf, other, weighted),
-                weight,
-            );
+            let of_hits = self.weight(parts, paths.pdf, other, weighted);
+            weight = R::select(weighted, of_hits, weight);
         }
         if past.any() {
-            weight = R::select(
-                past,
-                self.weight(parts, chain_pdf, chain_other, past),
-                weight,
-            );
+            let of_chains = self.weight(parts, chain_pdf, chain_other, past);
+            weight = R::select(past, of_chains, weight);
         }
         weight
     }
@@ -179,45 +169,26 @@ impl<'a> Path<'a> {
         random: &mut S,
         scratch: &mut IntersectionScratch<R, N>,
     ) -> R::Vector {
-        let shadow_rays = ShadowRays {
+        let rays = ShadowRays {
             lights: self.lights,
             pass_glass: false,
         };
-        let none = R::Vector::splat_vector(DVec3::ZERO);
+        let none = R::Vector::zero();
         let weighted = |light: LightSample<R>| {
             let weight = if self.strategy == Strategy::Mis {
-                self.weight(
-                    parts,
-                    light.pdf,
-                    surface.pdf(parts, light.wi, light.arrives),
-                    light.arrives,
-                )
+                let other = surface.pdf(parts, light.wi, light.arrives);
+                self.weight(parts, light.pdf, other, light.arrives)
             } else {
                 R::splat(1.0)
             };
             Vector::select(light.arrives, light.reflected * weight, none)
         };
         if scene.scene.background().map().is_some() {
-            return weighted(sample_light_or_map(
-                parts,
-                scene,
-                surface,
-                shadow_rays,
-                active,
-                random,
-                scratch,
-            ));
+            let light = sample_light_or_map(parts, scene, surface, rays, active, random, scratch);
+            return weighted(light);
         }
         let numbers = LightNumbers::new(scene.scene, active, random);
-        let light = sample_light_by(
-            parts,
-            scene,
-            surface,
-            shadow_rays,
-            &numbers,
-            active,
-            scratch,
-        );
+        let light = sample_light_by(parts, scene, surface, rays, &numbers, active, scratch);
         let reflected = weighted(light);
         let by_casters = active & !surface.rough_glass();
         if !by_casters.any() || !self.uses_casters(scene.scene) {
@@ -326,12 +297,7 @@ impl Integrator for Path<'_> {
         let Some(map) = scene.background().map().filter(|_| leaving.any()) else {
             return paths.add_background(scene, one, leaving);
         };
-        let none = R::Mask::splat(false);
-        let weighted = if self.strategy == Strategy::Mis {
-            leaving & paths.light_sampled
-        } else {
-            none
-        };
+        let weighted = self.weighted(leaving & paths.light_sampled);
         let counts =
             parts.lanes_count_emission(self.strategy, paths.light_sampled, leaving & !weighted);
         let share = parts.map_probability(scene.emitters().len());
@@ -339,11 +305,8 @@ impl Integrator for Path<'_> {
             share * parts.map_pdf(map, paths.ray.direction.lane(i))
         });
         let weight = R::select(counts, one, R::splat(0.0));
-        let weight = R::select(
-            weighted,
-            self.weight(parts, paths.pdf, other, weighted),
-            weight,
-        );
+        let of_map = self.weight(parts, paths.pdf, other, weighted);
+        let weight = R::select(weighted, of_map, weight);
         paths.add_background(scene, weight, leaving);
     }
 

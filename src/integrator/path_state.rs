@@ -4,8 +4,9 @@ use std::array::from_fn;
 
 use glam::DVec3;
 
+use super::direct_light::sample_light;
 use super::interaction::SurfaceInteraction;
-use super::{PathParts, SpecularChains};
+use super::{PathParts, SpecularChains, TransportRules};
 use crate::geometry::shape::Ray;
 use crate::math::real::{Mask, Vector};
 use crate::math::simd::{Wide, lanes_of};
@@ -21,6 +22,24 @@ pub(crate) struct Arrival<'a, S, R: Wide<N>, const N: usize> {
     pub active: R::Mask,
     pub random: &'a mut S,
     pub scratch: &'a mut IntersectionScratch<R, N>,
+}
+
+impl<S: LaneSampler<R>, R: Wide<N>, const N: usize> Arrival<'_, S, R, N> {
+    /// Adds f_r L_e cos θ / p of (8) at surfaces with a density, by next-event estimation, and
+    /// returns their lanes.
+    #[inline]
+    pub fn add_direct_light<P: PathParts + ?Sized>(
+        &mut self,
+        parts: &P,
+        rules: &TransportRules,
+    ) -> R::Mask {
+        let diffuse = self.active & self.surface.non_delta;
+        let (rays, random) = (rules.shadow_rays(), &mut *self.random);
+        let (scene, scratch) = (self.scene, &mut *self.scratch);
+        let light = sample_light(parts, scene, self.surface, rays, diffuse, random, scratch);
+        self.paths.add(light.reflected, light.arrives);
+        diffuse
+    }
 }
 
 /// An estimator that advances the paths of all lanes from hit to hit.
@@ -76,8 +95,7 @@ pub(crate) struct PathState<R: Wide<N>, const N: usize> {
 
 /// A pending branch of a path.
 struct Branch {
-    origin: DVec3,
-    direction: DVec3,
+    ray: Ray,
     throughput: DVec3,
     light_sampled: bool,
     hits: u32,
@@ -85,7 +103,7 @@ struct Branch {
 
 impl<R: Wide<N>, const N: usize> PathState<R, N> {
     pub fn new() -> Self {
-        let zero = R::Vector::splat_vector(DVec3::ZERO);
+        let zero = R::Vector::zero();
         Self {
             ray: Ray::new(zero, R::Vector::splat_vector(DVec3::Z)),
             radiance: zero,
@@ -104,11 +122,8 @@ impl<R: Wide<N>, const N: usize> PathState<R, N> {
     #[inline]
     pub fn start(&mut self, ray: &Ray<R::Vector>, starting: R::Mask) {
         let new = |value: R::Vector, old: R::Vector| Vector::select(starting, value, old);
-        self.ray = Ray::new(
-            new(ray.origin, self.ray.origin),
-            new(ray.direction, self.ray.direction),
-        );
-        self.radiance = new(R::Vector::splat_vector(DVec3::ZERO), self.radiance);
+        self.ray = Ray::select(starting, ray, &self.ray);
+        self.radiance = new(R::Vector::zero(), self.radiance);
         self.throughput = new(R::Vector::splat_vector(DVec3::ONE), self.throughput);
         self.factor = R::select(starting, R::splat(1.0), self.factor);
         self.light_sampled = self.light_sampled & !starting;
@@ -156,15 +171,11 @@ impl<R: Wide<N>, const N: usize> PathState<R, N> {
         let ray = surface.spawn_ray(direction);
         self.has_branches |= active.bits();
         for lane in lanes_of(active.bits()) {
-            let [origin, direction, throughput] =
-                [ray.origin, ray.direction, throughput].map(|v| v.lane(lane));
-            let (light_sampled, hits) = (light_sampled.lane(lane), self.hits[lane]);
             self.branches[lane].push(Branch {
-                origin,
-                direction,
-                throughput,
-                light_sampled,
-                hits,
+                ray: ray.lane(lane),
+                throughput: throughput.lane(lane),
+                light_sampled: light_sampled.lane(lane),
+                hits: self.hits[lane],
             });
         }
     }
@@ -175,34 +186,28 @@ impl<R: Wide<N>, const N: usize> PathState<R, N> {
         if popped == 0 {
             return 0;
         }
-        let branches: [Option<Branch>; N] = from_fn(|i| {
-            if popped >> i & 1 == 1 {
-                self.branches[i].pop()
+        // The state of each lane, of the branch or as it was.
+        let states: [Branch; N] = from_fn(|i| {
+            let pending = &mut self.branches[i];
+            let branch = if popped >> i & 1 == 1 {
+                pending.pop()
             } else {
                 None
-            }
+            };
+            branch.unwrap_or_else(|| Branch {
+                ray: self.ray.lane(i),
+                throughput: self.throughput.lane(i),
+                light_sampled: self.light_sampled.lane(i),
+                hits: self.hits[i],
+            })
         });
         self.has_branches = lanes_of(self.has_branches)
             .filter(|&i| !self.branches[i].is_empty())
             .fold(0, |bits, i| bits | 1 << i);
-        let new = |old: R::Vector, of: fn(&Branch) -> DVec3| {
-            R::Vector::from_fn(|i| branches[i].as_ref().map_or(old.lane(i), of))
-        };
-        let Ray { origin, direction } = self.ray;
-        self.ray = Ray::new(
-            new(origin, |branch| branch.origin),
-            new(direction, |branch| branch.direction),
-        );
-        self.throughput = new(self.throughput, |branch| branch.throughput);
-        let light_sampled = self.light_sampled;
-        self.light_sampled = R::Mask::from_fn(|i| {
-            branches[i]
-                .as_ref()
-                .map_or(light_sampled.lane(i), |branch| branch.light_sampled)
-        });
-        for (hits, branch) in self.hits.iter_mut().zip(&branches) {
-            *hits = branch.as_ref().map_or(*hits, |branch| branch.hits);
-        }
+        self.ray = Ray::from_fn(|i| states[i].ray);
+        self.throughput = R::Vector::from_fn(|i| states[i].throughput);
+        self.light_sampled = R::Mask::from_fn(|i| states[i].light_sampled);
+        self.hits = states.each_ref().map(|state| state.hits);
         popped
     }
 
@@ -215,12 +220,7 @@ impl<R: Wide<N>, const N: usize> PathState<R, N> {
         throughput: R::Vector,
         active: R::Mask,
     ) {
-        let ray = surface.spawn_ray(direction);
-        let new = |value: R::Vector, old: R::Vector| Vector::select(active, value, old);
-        self.ray = Ray::new(
-            new(ray.origin, self.ray.origin),
-            new(ray.direction, self.ray.direction),
-        );
-        self.throughput = new(throughput, self.throughput);
+        self.ray = Ray::select(active, &surface.spawn_ray(direction), &self.ray);
+        self.throughput = Vector::select(active, throughput, self.throughput);
     }
 }

@@ -6,7 +6,6 @@
 //! diffuse surface and, after a diffuse surface, through mirrors and glass (caustics). The text
 //! leaves caustics to later work (3.3), and [`TransportRules::REPORT`] omits them.
 
-use super::direct_light::sample_light;
 use super::lanewise::Lanewise;
 use super::{Arrival, Integrator, Parts, PathParts, Strategy, TransportRules};
 use crate::math::real::{Mask, Vector};
@@ -41,36 +40,18 @@ impl Integrator for Report<'_> {
     fn interact<P: PathParts + ?Sized, S: LaneSampler<R>, R: Wide<N>, const N: usize>(
         &self,
         parts: &P,
-        arrival: Arrival<'_, S, R, N>,
+        mut arrival: Arrival<'_, S, R, N>,
     ) -> R::Mask {
-        let Arrival {
-            scene,
-            paths,
-            surface,
-            active,
-            random,
-            scratch,
-        } = arrival;
-        let (rules, throughput) = (&self.rules, paths.throughput);
+        let (rules, surface, active) = (&self.rules, arrival.surface, arrival.active);
+        let (throughput, light_sampled) = (arrival.paths.throughput, arrival.paths.light_sampled);
         // L_e of (8), where next-event estimation has not sampled it.
-        let seen = surface.emits
-            & parts.lanes_count_emission(Strategy::Light, paths.light_sampled, active);
+        let seen =
+            surface.emits & parts.lanes_count_emission(Strategy::Light, light_sampled, active);
         if seen.any() {
-            paths.add(surface.emitted_under(rules), seen);
+            arrival.paths.add(surface.emitted_under(rules), seen);
         }
-
-        // f_r L_e cos θ / p of (8) at diffuse surfaces: next-event estimation.
-        let diffuse = active & surface.non_delta;
-        let light = sample_light(
-            parts,
-            scene,
-            surface,
-            rules.shadow_rays(),
-            diffuse,
-            random,
-            scratch,
-        );
-        paths.add(light.reflected, light.arrives);
+        let diffuse = arrival.add_direct_light(parts, rules);
+        let Arrival { paths, random, .. } = arrival;
 
         // One continuation from mirrors and glass. Where shadow rays pass through glass, they have
         // sampled the light behind it.
@@ -86,7 +67,7 @@ impl Integrator for Report<'_> {
         } else {
             R::splat(1.0)
         };
-        let sampled = diffuse | paths.light_sampled & looked_behind;
+        let sampled = diffuse | light_sampled & looked_behind;
         paths.light_sampled = sampled;
 
         // The first segment is always followed, even with a limit of 0.

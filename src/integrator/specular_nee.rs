@@ -5,7 +5,7 @@ use std::array::from_fn;
 
 use glam::DVec3;
 
-use super::lanewise::{Lanewise, numbers, visible};
+use super::lanewise::{Lanewise, each, numbers, visible};
 use super::light_sampling::{LightNumbers, PickedPoint, for_each_distinct};
 use super::{BsdfSample, PathParts, ShadingPoint, SurfaceInteraction};
 use crate::geometry::radiometry;
@@ -87,13 +87,8 @@ impl<'a, R: Wide<N>, const N: usize> Casters<'a, R, N> {
         if parts.is_default() {
             return self.caster.caster_throughput(cosine, self.refracts);
         }
-        let one = |i: usize| parts.caster_throughput(&self.all[self.number[i]], cosine.lane(i));
-        let each: [_; N] = from_fn(|i| {
-            if active.lane(i) {
-                one(i)
-            } else {
-                (DVec3::ZERO, 0.0)
-            }
+        let each: [_; N] = each(active, (DVec3::ZERO, 0.0), |i| {
+            parts.caster_throughput(&self.all[self.number[i]], cosine.lane(i))
         });
         (
             R::Vector::from_fn(|i| each[i].0),
@@ -133,9 +128,9 @@ impl<'a, R: Wide<N>, const N: usize> Casters<'a, R, N> {
         if parts.is_default() {
             return connection;
         }
-        let one =
-            |i: usize| parts.connection(&self.all[self.number[i]], number(i), connection.lane(i));
-        let each: [_; N] = from_fn(|i| if active.lane(i) { one(i) } else { None });
+        let each: [_; N] = each(active, None, |i| {
+            parts.connection(&self.all[self.number[i]], number(i), connection.lane(i))
+        });
         SpecularConnection::from_lanes(|i| each[i])
     }
 }
@@ -166,12 +161,9 @@ pub(super) fn specular_light<P: PathParts + ?Sized, R: Wide<N>, const N: usize>(
     scratch: &mut IntersectionScratch<R, N>,
 ) -> R::Vector {
     let zero = R::splat(0.0);
-    let mut sum = R::Vector::splat_vector(DVec3::ZERO);
-    let (emitters, specular_casters, flux) = (
-        scene.scene.emitters(),
-        scene.scene.specular_casters(),
-        scene.scene.power_light_sampler(),
-    );
+    let mut sum = R::Vector::zero();
+    let (emitters, flux) = (scene.scene.emitters(), scene.scene.power_light_sampler());
+    let specular_casters = scene.scene.specular_casters();
     let vertex = &surface.vertex;
     let shares = specular_casters.selection_probabilities(vertex.point);
     let shares = &shares[..specular_casters.all().len()];
@@ -191,17 +183,10 @@ pub(super) fn specular_light<P: PathParts + ?Sized, R: Wide<N>, const N: usize>(
         pick,
         point: random,
     } = *shadow_ray.light;
-    let pick = |i: usize| {
-        if active.lane(i) {
-            parts.pick_emitter(pick.lane(i), flux)
-        } else {
-            0
-        }
-    };
     let emitter: [usize; N] = if emitters.len() == 1 {
         [0; N]
     } else {
-        from_fn(pick)
+        each(active, 0, |i| parts.pick_emitter(pick.lane(i), flux))
     };
     let area = LightSampling::Area;
     let picked = PickedPoint::new(parts, emitters, area, emitter, vertex.point, random, active);
@@ -256,9 +241,7 @@ pub(super) fn specular_light<P: PathParts + ?Sized, R: Wide<N>, const N: usize>(
         let brdf = surface.brdf(parts, wi, here);
         let cosine = parts.lanes_cosine(vertex.frame.z, connection.direction, here);
         let cosine_at_light = parts.lanes_cosine(light.normal, -connection.arriving, here);
-        let [r, g, b] = brdf.components();
-        let dark = r.cmpeq(zero) & g.cmpeq(zero) & b.cmpeq(zero);
-        let mut free = here & cosine.cmpgt(zero) & cosine_at_light.cmpgt(zero) & !dark;
+        let mut free = here & cosine.cmpgt(zero) & cosine_at_light.cmpgt(zero) & !brdf.is_zero();
         let [enters, leaves, lamp] = [
             connection.first,
             connection.last,
@@ -284,7 +267,7 @@ pub(super) fn specular_light<P: PathParts + ?Sized, R: Wide<N>, const N: usize>(
         let reflected = radiometry::reflected(brdf, picked.radiance * throughput, cosine, pdf);
         let weighted =
             reflected * weight(pdf, surface.pdf(parts, wi, free) * branch_probability, free);
-        sum = sum + Vector::select(free, weighted, R::Vector::splat_vector(DVec3::ZERO));
+        sum = sum + Vector::select(free, weighted, R::Vector::zero());
     }
 }
 
@@ -304,7 +287,7 @@ fn pick_caster<P: PathParts + ?Sized, R: Wide<N>, const N: usize>(
         let shares: Vec<f64> = shares.iter().map(|share| share.lane(i)).collect();
         parts.pick_by_probability(random.lane(i), &shares)
     };
-    let each: [_; N] = from_fn(|i| if active.lane(i) { pick(i) } else { (0, 0.0) });
+    let each: [_; N] = each(active, (0, 0.0), pick);
     (each.map(|(number, _)| number), R::from_lanes(|i| each[i].1))
 }
 
@@ -342,7 +325,7 @@ pub(super) struct LightHit<R: Real, const N: usize> {
 
 impl<R: Wide<N>, const N: usize> SpecularChains<R, N> {
     pub fn new() -> Self {
-        let zero = R::Vector::splat_vector(DVec3::ZERO);
+        let zero = R::Vector::zero();
         Self {
             from: zero,
             direction: zero,
@@ -379,14 +362,10 @@ impl<R: Wide<N>, const N: usize> SpecularChains<R, N> {
         }
         let specular = (active & !sample.has_pdf).bits();
         if specular != 0 {
-            let outside = surface.vertex.outside.bits();
-            let passes = surface
-                .vertex
-                .frame
-                .z
-                .dot(sample.direction)
-                .cmplt(R::splat(0.0))
-                .bits();
+            let vertex = &surface.vertex;
+            let outside = vertex.outside.bits();
+            let behind = vertex.frame.z.dot(sample.direction);
+            let passes = behind.cmplt(R::splat(0.0)).bits();
             for lane in lanes_of(specular) {
                 let bit = |bits: u32| bits >> lane & 1 == 1;
                 self.states[lane] =
@@ -407,12 +386,9 @@ impl<R: Wide<N>, const N: usize> SpecularChains<R, N> {
         active: R::Mask,
     ) -> (R::Mask, R, R) {
         let zero = R::splat(0.0);
-        let caster = |i: usize| {
-            if let Chain::PastCaster(number) = self.states[i] {
-                Some(number)
-            } else {
-                None
-            }
+        let caster = |i: usize| match self.states[i] {
+            Chain::PastCaster(number) => Some(number),
+            _ => None,
         };
         let past = active & R::Mask::from_fn(|i| caster(i).is_some());
         if !past.any() {
@@ -421,10 +397,8 @@ impl<R: Wide<N>, const N: usize> SpecularChains<R, N> {
         let number = from_fn(|i| caster(i).map_or(0, usize::from));
         let casters = Casters::new(scene, number, past);
         let (x, direction, y) = (self.from, self.direction, light.point);
-        let (flat, sphere) = (
-            geometry_term(&casters.caster, CasterKind::Flat, x, direction, y),
-            geometry_term(&casters.caster, CasterKind::Reflection, x, direction, y),
-        );
+        let [flat, sphere] = [CasterKind::Flat, CasterKind::Reflection]
+            .map(|kind| geometry_term(&casters.caster, kind, x, direction, y));
         let geometry_term = R::select(casters.flat, flat.0, sphere.0);
         let cosine = R::select(casters.flat, flat.1, sphere.1);
         let (_, chance) = casters.throughput(parts, cosine, past);

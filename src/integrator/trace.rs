@@ -46,13 +46,8 @@ pub(crate) fn radiances<
         }
         let starting = R::Mask::from_fn(|i| started[i].is_some());
         if starting.any() {
-            let vector = |of: fn(&Ray) -> DVec3| {
-                R::Vector::from_fn(|i| started[i].as_ref().map_or(DVec3::Z, of))
-            };
-            paths.start(
-                &Ray::new(vector(|ray| ray.origin), vector(|ray| ray.direction)),
-                starting,
-            );
+            let none = Ray::new(DVec3::Z, DVec3::Z);
+            paths.start(&Ray::from_fn(|i| started[i].unwrap_or(none)), starting);
             busy |= starting.bits();
         }
         if busy == 0 {

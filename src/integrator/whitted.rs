@@ -1,6 +1,5 @@
 //! Whitted ray tracing, section 2.1: [`crate::equation::WHITTED`].
 
-use super::direct_light::sample_light;
 use super::{Arrival, Integrator, Parts, PathParts, TransportRules};
 use crate::math::real::Mask;
 use crate::math::simd::Wide;
@@ -37,35 +36,16 @@ impl Integrator for Whitted<'_> {
     fn interact<P: PathParts + ?Sized, S: LaneSampler<R>, R: Wide<N>, const N: usize>(
         &self,
         parts: &P,
-        arrival: Arrival<'_, S, R, N>,
+        mut arrival: Arrival<'_, S, R, N>,
     ) -> R::Mask {
-        let Arrival {
-            scene,
-            paths,
-            surface,
-            active,
-            random,
-            scratch,
-        } = arrival;
-        let rules = &self.rules;
+        let (rules, surface, active) = (&self.rules, arrival.surface, arrival.active);
         // L_e of (8) under the rules.
         let emits = active & surface.emits;
         if emits.any() {
-            paths.add(surface.emitted_under(rules), emits);
+            arrival.paths.add(surface.emitted_under(rules), emits);
         }
-
-        // f_r L_e cos θ / p of (8) at diffuse surfaces: next-event estimation.
-        let diffuse = active & surface.non_delta;
-        let light = sample_light(
-            parts,
-            scene,
-            surface,
-            rules.shadow_rays(),
-            diffuse,
-            random,
-            scratch,
-        );
-        paths.add(light.reflected, light.arrives);
+        arrival.add_direct_light(parts, rules);
+        let paths = arrival.paths;
 
         // Mirrors and both branches of glass. The first segment is always followed, even with a
         // limit of 0.

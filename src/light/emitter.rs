@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_1_PI;
 use glam::DVec3;
 
 use crate::geometry::offsets::offset_in;
-use crate::geometry::shape::{Sphere, triangle_point};
+use crate::geometry::shape::{Sphere, SurfacePoint, triangle_point};
 use crate::geometry::solid_angle::{SphericalRectangle, SphericalTriangle, VisibleCap};
 use crate::math::real::{Real, Vector};
 use crate::sampling::warp;
@@ -118,14 +118,8 @@ impl LightSampling {
     }
 }
 
-/// A point on an emitter.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct EmitterPoint<V = DVec3> {
-    /// Position of the point.
-    pub point: V,
-    /// Unit normal of the front.
-    pub normal: V,
-}
+/// A point on an emitter, with the unit normal of the front.
+pub type EmitterPoint<V = DVec3> = SurfacePoint<V>;
 
 impl Emitter {
     /// Creates an emitter with this shape and radiance.

@@ -5,7 +5,7 @@
 
 use glam::DVec3;
 
-use crate::math::real::{Real, Vector};
+use crate::math::real::{MaskOf, Real, Vector};
 
 /// Returns cos² θ₂ by Snell's law; not above 0 past the critical angle, where reflection is total.
 #[inline]
@@ -49,7 +49,7 @@ pub fn reflect<V: Vector>(d: V, n: V) -> V {
 /// Returns the refracted unit direction of `d` arriving with −d·n = cos θ₁ ≥ 0,
 /// [`crate::equation::REFRACTION`], and whether there is one: not in total reflection.
 #[inline]
-pub fn refracted<V: Vector>(d: V, n: V, n1: V::Real, n2: V::Real) -> (V, <V::Real as Real>::Mask) {
+pub fn refracted<V: Vector>(d: V, n: V, n1: V::Real, n2: V::Real) -> (V, MaskOf<V>) {
     let cos_1 = -d.dot(n);
     let squared = squared_cos_refracted(cos_1, n1, n2);
     let ratio = n1 / n2;

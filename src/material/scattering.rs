@@ -11,7 +11,7 @@ use crate::geometry::radiometry;
 use crate::geometry::radiometry::reflected;
 use crate::geometry::shape::{Hit, Ray};
 use crate::math::frame::Frame;
-use crate::math::real::{Real, Vector};
+use crate::math::real::{Mask, MaskOf, Real, Vector};
 use crate::sampling::rng::{uniform, uniform2};
 use crate::sampling::warp;
 
@@ -28,7 +28,7 @@ pub struct Vertex<V: Vector = DVec3> {
     /// Unit direction towards the ray's origin, local.
     pub wo: V,
     /// Whether the ray came from the side to which the surface's own normal points.
-    pub outside: <V::Real as Real>::Mask,
+    pub outside: MaskOf<V>,
 }
 
 impl Vertex {
@@ -63,6 +63,18 @@ impl<V: Vector> Vertex<V> {
             direction,
             wo,
             outside: cosine.cmplt(V::Real::splat(0.0)),
+        }
+    }
+
+    /// Returns the vertex of a lane.
+    pub(crate) fn lane(&self, lane: usize) -> Vertex {
+        let [x, y, z] = [self.frame.x, self.frame.y, self.frame.z].map(|v| v.lane(lane));
+        Vertex {
+            point: self.point.lane(lane),
+            frame: Frame { x, y, z },
+            direction: self.direction.lane(lane),
+            wo: self.wo.lane(lane),
+            outside: self.outside.lane(lane),
         }
     }
 
@@ -225,15 +237,10 @@ pub trait Scattering: Sync {
     #[inline]
     fn weighted(&self, bsdf: &Bsdf, wo: DVec3, wi: DVec3, pdf: f64) -> BsdfSample {
         let brdf = self.brdf(bsdf, wo, wi);
-        let weight = reflected(
-            brdf,
-            DVec3::ONE,
-            self.cosine(DVec3::Z, wi.with_z(wi.z.abs())),
-            pdf,
-        );
+        let cosine = self.cosine(DVec3::Z, wi.with_z(wi.z.abs()));
         BsdfSample {
             direction: wi,
-            weight,
+            weight: reflected(brdf, DVec3::ONE, cosine, pdf),
             pdf: Some(pdf),
             radiance_factor: self.radiance_factor_from(bsdf, wi),
         }
@@ -256,11 +263,8 @@ pub trait Scattering: Sync {
             _ => {
                 let [r1, r2] = uniform2(rng);
                 let local = if bsdf.is_rough_glass() {
-                    self.sample_non_delta(
-                        &bsdf.oriented(at.outside),
-                        at.wo,
-                        [r1, r2, uniform(rng)],
-                    )?
+                    let (bsdf, random) = (bsdf.oriented(at.outside), [r1, r2, uniform(rng)]);
+                    self.sample_non_delta(&bsdf, at.wo, random)?
                 } else {
                     self.sample_non_delta(bsdf, at.wo, [r1, r2, 0.0])?
                 };

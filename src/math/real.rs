@@ -112,6 +112,9 @@ pub trait Real:
     }
 }
 
+/// Mask of the lanes of a vector.
+pub type MaskOf<V> = <<V as Vector>::Real as Real>::Mask;
+
 /// A vector of three numbers of one ray, or one vector for each lane.
 pub trait Vector:
     Copy
@@ -148,6 +151,18 @@ pub trait Vector:
     fn splat_vector(value: DVec3) -> Self {
         Self::of(value.to_array().map(Real::splat))
     }
+    /// Returns the vector whose components are 0.
+    #[inline]
+    fn zero() -> Self {
+        Self::splat_vector(DVec3::ZERO)
+    }
+    /// Returns whether all components are 0.
+    #[inline]
+    fn is_zero(self) -> MaskOf<Self> {
+        let zero = Self::Real::splat(0.0);
+        let [x, y, z] = self.components().map(|component| component.cmpeq(zero));
+        x & y & z
+    }
     /// Returns the scalar product.
     #[inline]
     fn dot(self, other: Self) -> Self::Real {
@@ -172,7 +187,7 @@ pub trait Vector:
     }
     /// Returns `yes` in the lanes of the mask, and `no` elsewhere.
     #[inline]
-    fn select(mask: <Self::Real as Real>::Mask, yes: Self, no: Self) -> Self {
+    fn select(mask: MaskOf<Self>, yes: Self, no: Self) -> Self {
         let [[a, b, c], [x, y, z]] = [yes.components(), no.components()];
         Self::of([
             Real::select(mask, a, x),

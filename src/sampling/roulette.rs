@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::math::real::{Real, Vector};
+use crate::math::real::{MaskOf, Real, Vector};
 
 /// Returns whether the path continues: r < survival = 1 − α, for r uniform in [0, 1), so with
 /// exactly that probability.
@@ -29,7 +29,7 @@ pub const MAX_SURVIVAL: f64 = 0.95;
 /// radiance factors of refraction, which cancel when the path leaves the glass; the path tracer's
 /// is relative to [`REFERENCE_THROUGHPUT`].
 #[inline]
-pub fn by_throughput<V: Vector>(throughput: V, early: <V::Real as Real>::Mask) -> V::Real {
+pub fn by_throughput<V: Vector>(throughput: V, early: MaskOf<V>) -> V::Real {
     let [one, max] = [1.0, MAX_SURVIVAL].map(V::Real::splat);
     throughput
         .max_element()

@@ -5,7 +5,7 @@ mod sphere;
 use glam::DVec3;
 
 use crate::geometry::shape::SurfacePoint;
-use crate::math::real::{Mask, Real, Vector};
+use crate::math::real::{Mask, MaskOf, Real, Vector};
 pub use sphere::SphereConnections;
 use sphere::geometry_term_of_sphere;
 
@@ -70,7 +70,7 @@ impl<V: Vector> Caster<V> {
 #[derive(Clone, Copy, Debug)]
 pub struct SpecularConnection<V: Vector> {
     /// Whether the connection exists, apart from occlusion.
-    pub exists: <V::Real as Real>::Mask,
+    pub exists: MaskOf<V>,
     /// Unit direction at x.
     pub direction: V,
     /// Unit direction of arrival at y.
@@ -89,14 +89,12 @@ pub struct SpecularConnection<V: Vector> {
 impl<V: Vector> SpecularConnection<V> {
     /// Returns the connection of a lane.
     pub(crate) fn lane(&self, lane: usize) -> SpecularConnection<DVec3> {
-        let end =
-            |end: SurfacePoint<V>| SurfacePoint::new(end.point.lane(lane), end.normal.lane(lane));
         SpecularConnection {
             exists: self.exists.lane(lane),
             direction: self.direction.lane(lane),
             arriving: self.arriving.lane(lane),
-            first: end(self.first),
-            last: end(self.last),
+            first: self.first.lane(lane),
+            last: self.last.lane(lane),
             cosine: self.cosine.lane(lane),
             geometry_term: self.geometry_term.lane(lane),
         }
@@ -131,17 +129,13 @@ impl<V: Vector> SpecularConnection<V> {
 
     /// Returns `yes` in the lanes of the mask, and `no` elsewhere.
     #[inline]
-    pub(crate) fn select(mask: <V::Real as Real>::Mask, yes: Self, no: Self) -> Self {
-        let both = |yes: SurfacePoint<V>, no: SurfacePoint<V>| SurfacePoint {
-            point: V::select(mask, yes.point, no.point),
-            normal: V::select(mask, yes.normal, no.normal),
-        };
+    pub(crate) fn select(mask: MaskOf<V>, yes: Self, no: Self) -> Self {
         Self {
             exists: (mask & yes.exists) | (!mask & no.exists),
             direction: V::select(mask, yes.direction, no.direction),
             arriving: V::select(mask, yes.arriving, no.arriving),
-            first: both(yes.first, no.first),
-            last: both(yes.last, no.last),
+            first: SurfacePoint::select(mask, yes.first, no.first),
+            last: SurfacePoint::select(mask, yes.last, no.last),
             cosine: V::Real::select(mask, yes.cosine, no.cosine),
             geometry_term: V::Real::select(mask, yes.geometry_term, no.geometry_term),
         }
@@ -154,7 +148,7 @@ pub fn mirror_connection<V: Vector>(
     caster: &Caster<V>,
     x: V,
     y: V,
-    active: <V::Real as Real>::Mask,
+    active: MaskOf<V>,
 ) -> SpecularConnection<V> {
     let zero = V::Real::splat(0.0);
     let normal = caster.normal;

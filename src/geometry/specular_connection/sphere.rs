@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::{Caster, SpecularConnection};
 use crate::geometry::shape::SurfacePoint;
-use crate::math::real::{Mask, Real, Vector};
+use crate::math::real::{Mask, MaskOf, Real, Vector};
 
 /// Maximum number of steps to a root. They approach from one side, so that the distance to a double
 /// root falls by a factor of four with each; convergence to simple roots becomes quadratic.
@@ -110,7 +110,7 @@ impl<V: Vector> Pair<V> {
 
     /// Returns whether both points are outside the sphere and not in line with its centre.
     #[inline]
-    fn is_outside(&self) -> <V::Real as Real>::Mask {
+    fn is_outside(&self) -> MaskOf<V> {
         let one = V::Real::splat(1.0);
         self.x_distance.cmpgt(one)
             & self.y_distance.cmpgt(one)
@@ -136,8 +136,8 @@ impl<V: Vector> Pair<V> {
         inverse_ior: V::Real,
         target: [V::Real; 2],
         upwards: bool,
-        active: <V::Real as Real>::Mask,
-    ) -> (Angle<V::Real>, <V::Real as Real>::Mask) {
+        active: MaskOf<V>,
+    ) -> (Angle<V::Real>, MaskOf<V>) {
         let all = V::Real::splat;
         let (zero, one) = (all(0.0), all(1.0));
         let scale = self.x_distance * self.y_distance;
@@ -182,11 +182,7 @@ impl<V: Vector> Pair<V> {
 
     /// Returns dω/dA⊥ in units of the radius, and whether it is positive and finite.
     #[inline]
-    fn geometry_term(
-        &self,
-        angle: Angle<V::Real>,
-        inverse_ior: V::Real,
-    ) -> (V::Real, <V::Real as Real>::Mask) {
+    fn geometry_term(&self, angle: Angle<V::Real>, inverse_ior: V::Real) -> (V::Real, MaskOf<V>) {
         let legs = Legs::new(angle.sin, self.distances(), inverse_ior);
         let [slope, divisor] = legs.slope(angle.cos, inverse_ior);
         let across = self.x_distance * self.y_distance * legs.x * legs.y * self.sin;
@@ -202,14 +198,14 @@ impl<V: Vector> Pair<V> {
 /// A root of [`crate::equation::SPECULAR_ANGLE`], where it exists.
 #[derive(Clone, Copy)]
 pub(crate) struct RootAt<V: Vector> {
-    pub exists: <V::Real as Real>::Mask,
+    pub exists: MaskOf<V>,
     angle: Angle<V::Real>,
 }
 
 impl<V: Vector> RootAt<V> {
     /// Returns this root in the lanes of the mask, and `other` elsewhere.
     #[inline]
-    pub fn or(self, mask: <V::Real as Real>::Mask, other: Self) -> Self {
+    pub fn or(self, mask: MaskOf<V>, other: Self) -> Self {
         let choose = |yes, no| V::Real::select(mask, yes, no);
         let (a, b) = (self.angle, other.angle);
         let angle = Angle {
@@ -228,9 +224,9 @@ pub struct SphereConnections<'a, V: Vector> {
     caster: &'a Caster<V>,
     pair: Pair<V>,
     /// Lanes in which light is refracted through the sphere, not reflected.
-    refracts: <V::Real as Real>::Mask,
+    refracts: MaskOf<V>,
     /// Lanes in which there can be connections.
-    possible: <V::Real as Real>::Mask,
+    possible: MaskOf<V>,
 }
 
 /// Returns α = π/2, grazing incidence.
@@ -246,13 +242,7 @@ impl<'a, V: Vector> SphereConnections<'a, V> {
     /// Prepares connections from x to y in the `active` lanes: refraction in the lanes of
     /// `refracts`, reflection in the others.
     #[inline]
-    pub fn new(
-        caster: &'a Caster<V>,
-        x: V,
-        y: V,
-        active: <V::Real as Real>::Mask,
-        refracts: <V::Real as Real>::Mask,
-    ) -> Self {
+    pub fn new(caster: &'a Caster<V>, x: V, y: V, active: MaskOf<V>, refracts: MaskOf<V>) -> Self {
         let pair = Pair::new(x, y, caster.centre, caster.radius);
         let possible = active & pair.is_outside();
         Self {
@@ -275,7 +265,7 @@ impl<'a, V: Vector> SphereConnections<'a, V> {
             possible,
         } = self;
         let (zero, one) = (V::Real::splat(0.0), V::Real::splat(1.0));
-        let root = |target, upwards, among: <V::Real as Real>::Mask| {
+        let root = |target, upwards, among: MaskOf<V>| {
             if !among.any() {
                 return RootAt {
                     exists: among,
@@ -304,7 +294,7 @@ impl<'a, V: Vector> SphereConnections<'a, V> {
     pub(crate) fn connection(
         &self,
         RootAt { exists, angle }: RootAt<V>,
-        is_first: <V::Real as Real>::Mask,
+        is_first: MaskOf<V>,
     ) -> SpecularConnection<V> {
         let one = V::Real::splat(1.0);
         let Self {

@@ -105,7 +105,7 @@ fn visible_fraction<P: FiniteElements + NextEvent + Scattering + ?Sized>(
             parts.solid_angle_per_area(across, distance_squared),
         );
         all += weight;
-        if weight > 0.0 && parts.visible(scene, *at, SurfacePoint::new(y.point, y.normal), false) {
+        if weight > 0.0 && parts.visible(scene, *at, y, false) {
             seen += weight;
         }
     }

@@ -232,10 +232,7 @@ impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
     ) -> R::Mask {
         let (scene, data, segment) = (self.scene, self.data, x.segment(y));
         if N == 1 {
-            let free = |i: usize| {
-                let [origin, direction] = [segment.origin, segment.direction].map(|v| v.lane(i));
-                scene.is_unoccluded(&Ray::new(origin, direction), through_glass)
-            };
+            let free = |i: usize| scene.is_unoccluded(&segment.lane(i), through_glass);
             return R::Mask::from_fn(|i| active.lane(i) && free(i));
         }
         let blocks = |id: u32| !(through_glass && scene.is_glass(id));
