@@ -185,50 +185,30 @@ impl<P: PathParts + Bidirectional + ?Sized> Tracer<'_, P> {
             let [column, row] = item.pixel.map(f64::from);
             let ray = scene.camera().ray(resolution, column + x, row + y);
             item.camera_pdf = camera_pdf_per_particle(parts, scene, resolution, ray.direction);
-            PendingWalk {
-                item,
-                ray: Some(ray),
-                block: 0,
-                rng,
-            }
+            PendingWalk::new(item, Some(ray), 0, rng)
         });
         trace_walks(parts, scene, &mut starts, |event| match event {
             WalkEvent::Hit(pair, step, at, rng) => {
-                let Pair {
-                    light,
-                    eye: vertices,
-                    camera_pdf,
-                    ..
-                } = pair;
-                vertices.push(step.path_vertex(*at, DVec3::ZERO).after(parts, vertices));
+                let vertex = step.path_vertex(*at, DVec3::ZERO);
+                pair.eye.push(vertex.after(parts, &pair.eye));
                 let path = FullPath {
-                    light,
-                    eye: vertices,
+                    light: &pair.light,
+                    eye: &pair.eye,
                     origin: eye,
-                    camera_pdf: *camera_pdf,
+                    camera_pdf: pair.camera_pdf,
                 };
                 let found = self.found(scene, step, at, path, &mut densities, rng);
                 pair.radiance += step.throughput * step.factor * found;
                 Ok(true)
             }
-            WalkEvent::End(
-                Pair {
-                    pixel,
-                    radiance,
-                    light,
-                    eye,
-                    ..
-                },
-                background,
-                _,
-            ) => {
-                for mut vertices in [light, eye] {
+            WalkEvent::End(pair, background, _) => {
+                for mut vertices in [pair.light, pair.eye] {
                     vertices.clear();
                     spare.push(vertices);
                 }
                 splats
-                    .add(pixel, radiance + background)
-                    .map_err(|error| named(error, pixel))?;
+                    .add(pair.pixel, pair.radiance + background)
+                    .map_err(|error| named(error, pair.pixel))?;
                 Ok(false)
             }
         })

@@ -12,23 +12,16 @@ use crate::sampling::rng::uniform2;
 use crate::sampling::sampler::Sampler;
 use crate::scene::Scene;
 
-/// A particle that leaves an emitter.
-pub(super) struct Emission {
-    /// Ray along which it leaves.
-    pub ray: Ray,
-    /// L_e cos θ / (p_A p_ω) of [`crate::equation::PHOTON_FLUX`], the flux of all emitters if there
-    /// were no other particle.
-    pub flux: DVec3,
-}
-
-/// Emits one particle: picks an emitter, a point on it and a cosine-weighted direction. `None` if
-/// there are no emitters or the particle carries nothing.
+/// Emits one particle: picks an emitter, a point on it and a cosine-weighted direction. Returns the
+/// ray along which it leaves and L_e cos θ / (p_A p_ω) of [`crate::equation::PHOTON_FLUX`], the flux
+/// of all emitters if there were no other particle; `None` if there are no emitters or it carries
+/// nothing.
 #[inline]
 pub(super) fn emit<P: NextEvent + Scattering + ?Sized, R: Sampler>(
     parts: &P,
     scene: &Scene,
     rng: &mut R,
-) -> Option<Emission> {
+) -> Option<(Ray, DVec3)> {
     let (index, light) = pick_point(parts, scene, rng)?;
     emit_from(parts, scene, index, &light, rng)
 }
@@ -41,15 +34,15 @@ pub(super) fn emit_from<P: NextEvent + Scattering + ?Sized, R: Sampler>(
     index: usize,
     light: &EmitterPoint,
     rng: &mut R,
-) -> Option<Emission> {
+) -> Option<(Ray, DVec3)> {
     let wo = parts.cosine_hemisphere(uniform2(rng));
     let pdf = point_pdf(parts, scene, index) * parts.cosine_hemisphere_pdf(wo.z);
     if pdf == 0.0 {
         return None;
     }
     let direction = Frame::new(light.normal).world(wo);
-    Some(Emission {
-        ray: scene.spawn_ray(light.point, light.normal, direction),
-        flux: scene.emitters()[index].radiance * (parts.cosine(DVec3::Z, wo) / pdf),
-    })
+    Some((
+        scene.spawn_ray(light.point, light.normal, direction),
+        scene.emitters()[index].radiance * (parts.cosine(DVec3::Z, wo) / pdf),
+    ))
 }

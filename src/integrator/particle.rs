@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::PathParts;
-use super::emission::{Emission, emit_from};
+use super::emission::emit_from;
 use super::light_sampling::{pick_point, point_pdf};
 use super::strategies::{Bidirectional, PathVertex};
 use super::walk::{PendingWalk, WalkEvent, trace_walks};
@@ -56,17 +56,10 @@ pub(super) fn particles<'a, P: PathParts + Bidirectional + ?Sized, T, R: Sampler
             };
             (start, emission)
         });
-        let (start, emission) =
-            start.map_or((None, None), |(start, emission)| (Some(start), emission));
-        let (ray, flux) = emission.map_or((None, DVec3::ZERO), |Emission { ray, flux }| {
-            (Some(ray), flux)
-        });
-        PendingWalk {
-            item: (item, start, flux),
-            ray,
-            block: FIRST_LIGHT_BLOCK,
-            rng,
-        }
+        let (start, emission) = start.unzip();
+        let (ray, flux) = emission.flatten().unzip();
+        let item = (item, start, flux.unwrap_or_default());
+        PendingWalk::new(item, ray, FIRST_LIGHT_BLOCK, rng)
     });
     trace_walks(parts, scene, &mut starts, |event| match event {
         WalkEvent::Hit((item, start, flux), step, at, _) => {
@@ -121,15 +114,9 @@ pub(super) fn connect_to_eye<P: PathParts + Bidirectional + ?Sized>(
     let seen = camera.project(resolution, point)?;
     let cosine = parts.cosine(normal, seen.to_eye);
     let outgoing = vertex.outgoing_radiance(parts, seen.to_eye);
-    if cosine <= 0.0
-        || outgoing == DVec3::ZERO
-        || !parts.visible(
-            scene,
-            SurfacePoint::new(camera.eye, -seen.to_eye),
-            SurfacePoint::new(point, normal),
-            false,
-        )
-    {
+    let eye = SurfacePoint::new(camera.eye, -seen.to_eye);
+    let here = SurfacePoint::new(point, normal);
+    if cosine <= 0.0 || outgoing == DVec3::ZERO || !parts.visible(scene, eye, here, false) {
         return None;
     }
     let camera_pdf = camera_pdf_per_particle(parts, scene, resolution, -seen.to_eye);

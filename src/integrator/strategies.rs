@@ -63,13 +63,9 @@ impl Edge {
 
     #[inline]
     fn reversed(self) -> Self {
-        let Self {
-            direction,
-            cosines: [a, b],
-            per_area: [c, d],
-        } = self;
+        let ([a, b], [c, d]) = (self.cosines, self.per_area);
         Self {
-            direction: -direction,
+            direction: -self.direction,
             cosines: [b, a],
             per_area: [d, c],
         }
@@ -152,11 +148,9 @@ impl FullPath<'_> {
             } else {
                 a.edge.filter(|_| i >= s)
             };
-            let Edge {
-                direction,
-                cosines: [cos_a, cos_b],
-                per_area,
-            } = known.unwrap_or_else(|| Edge::new(parts, a, b));
+            let edge = known.unwrap_or_else(|| Edge::new(parts, a, b));
+            let (direction, [cos_a, cos_b], per_area) =
+                (edge.direction, edge.cosines, edge.per_area);
             let index = if i + 1 < s { b } else { a }.eta_squared;
             let before = || i.checked_sub(1).map(|i| self.point(i));
             let after = || Some(self.point(i + 2));
@@ -202,15 +196,7 @@ impl<'a> PathVertex<'a> {
     #[inline]
     pub fn emitting(point: &EmitterPoint, throughput: DVec3, emitter: usize) -> Self {
         let at = Vertex::emitting(point.point, point.normal);
-        Self {
-            at,
-            bsdf: None,
-            throughput,
-            eta_squared: 1.0,
-            emitter: Some(emitter as u32),
-            sampling_pdf: None,
-            edge: None,
-        }
+        Self::new(at, None, throughput, 1.0, Some(emitter as u32))
     }
 
     /// Returns this vertex with its edge to the last vertex of its subpath.
@@ -222,18 +208,18 @@ impl<'a> PathVertex<'a> {
         }
     }
 
-    /// Creates a vertex at a hit.
+    /// Creates a vertex without an edge.
     #[inline]
-    pub fn hit(
+    pub fn new(
         at: Vertex,
-        bsdf: &'a Bsdf,
+        bsdf: Option<&'a Bsdf>,
         throughput: DVec3,
         eta_squared: f64,
         emitter: Option<u32>,
     ) -> Self {
         Self {
             at,
-            bsdf: Some(bsdf),
+            bsdf,
             throughput,
             eta_squared,
             emitter,

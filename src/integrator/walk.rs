@@ -82,7 +82,7 @@ pub(super) fn trace_walks<'a, P: PathParts + ?Sized, T, S: Sampler>(
     mut event: impl FnMut(WalkEvent<'_, 'a, T, S>) -> Result<bool, Error>,
 ) -> Result<(), Error> {
     let lanes: LaneScene<'a, Lanes, LANES> = LaneScene::new(scene);
-    let zero = Lanes3::splat_vector(DVec3::ZERO);
+    let zero = Lanes3::zero();
     let mut ray = Ray::new(zero, Lanes3::splat_vector(DVec3::Z));
     let (mut throughput, mut factor) = (zero, Lanes::splat(1.0));
     let mut random: Sources<S, LANES> = Sources(from_fn(|_| None));
@@ -92,34 +92,19 @@ pub(super) fn trace_walks<'a, P: PathParts + ?Sized, T, S: Sampler>(
         let mut started: [Option<Ray>; LANES] = [None; LANES];
         let idle = LaneMask::from_fn(|i| walks[i].is_none()).bits();
         for lane in lanes_of(idle) {
-            for PendingWalk {
-                item,
-                ray,
-                block,
-                rng,
-            } in &mut *pending
-            {
-                if ray.is_some() {
-                    let walk = Walk {
-                        item,
-                        block,
-                        hits: 0,
-                    };
-                    (walks[lane], random.0[lane], started[lane]) = (Some(walk), Some(rng), ray);
+            for next in &mut *pending {
+                if next.ray.is_some() {
+                    let (item, block, hits) = (next.item, next.block, 0);
+                    walks[lane] = Some(Walk { item, block, hits });
+                    (random.0[lane], started[lane]) = (Some(next.rng), next.ray);
                     break;
                 }
-                event(WalkEvent::End(item, DVec3::ZERO, rng))?;
+                event(WalkEvent::End(next.item, DVec3::ZERO, next.rng))?;
             }
         }
         let fresh = LaneMask::from_fn(|i| started[i].is_some());
         if fresh.any() {
-            let new = |old: Lanes3, of: fn(&Ray) -> DVec3| {
-                Lanes3::from_fn(|i| started[i].as_ref().map_or(old.lane(i), of))
-            };
-            ray = Ray::new(
-                new(ray.origin, |ray| ray.origin),
-                new(ray.direction, |ray| ray.direction),
-            );
+            ray = Ray::from_fn(|i| started[i].unwrap_or_else(|| ray.lane(i)));
             throughput = Vector::select(fresh, Lanes3::splat_vector(DVec3::ONE), throughput);
             factor = <Lanes as Real>::select(fresh, Lanes::splat(1.0), factor);
         }
@@ -142,7 +127,7 @@ pub(super) fn trace_walks<'a, P: PathParts + ?Sized, T, S: Sampler>(
                 let is_endless = walk.hits > MAX_PATH_VERTICES;
                 let here = surface.hit(lane, found.primitive[lane]);
                 let hit = WalkHit {
-                    ray: Ray::new(ray.origin.lane(lane), ray.direction.lane(lane)),
+                    ray: ray.lane(lane),
                     here,
                     bsdf: &scene.surface(&here).bsdf,
                     throughput: if is_endless {
@@ -153,12 +138,9 @@ pub(super) fn trace_walks<'a, P: PathParts + ?Sized, T, S: Sampler>(
                     factor: factor.lane(lane),
                     endless: is_endless,
                 };
-                going |= u32::from(event(WalkEvent::Hit(
-                    &mut walk.item,
-                    &hit,
-                    &hit.vertex(),
-                    rng,
-                ))?) << lane;
+                let at = &hit.vertex();
+                let goes_on = event(WalkEvent::Hit(&mut walk.item, &hit, at, rng))?;
+                going |= u32::from(goes_on) << lane;
                 endless |= u32::from(is_endless) << lane;
             }
             going &= !endless;
@@ -169,13 +151,8 @@ pub(super) fn trace_walks<'a, P: PathParts + ?Sized, T, S: Sampler>(
                 let random = random.uniform(next.exists);
                 let (survives, weight) =
                     parts.lanes_survive(scattered, LaneMask::splat(false), random, next.exists);
-                let spawned = surface.spawn_ray(next.direction);
-                let new = |value: Lanes3, old: Lanes3| Vector::select(survives, value, old);
-                ray = Ray::new(
-                    new(spawned.origin, ray.origin),
-                    new(spawned.direction, ray.direction),
-                );
-                throughput = new(scattered * weight, throughput);
+                ray = Ray::select(survives, &surface.spawn_ray(next.direction), &ray);
+                throughput = Vector::select(survives, scattered * weight, throughput);
                 factor = <Lanes as Real>::select(survives, factor * next.radiance_factor, factor);
                 going = survives.bits();
             }
@@ -191,6 +168,17 @@ pub(super) fn trace_walks<'a, P: PathParts + ?Sized, T, S: Sampler>(
             if let (Some(walk), Some(rng)) = (walks[lane].take(), random.0[lane].take()) {
                 event(WalkEvent::End(walk.item, background, rng))?;
             }
+        }
+    }
+}
+
+impl<T, S> PendingWalk<T, S> {
+    pub fn new(item: T, ray: Option<Ray>, block: u32, rng: S) -> Self {
+        Self {
+            item,
+            ray,
+            block,
+            rng,
         }
     }
 }
@@ -212,12 +200,7 @@ impl<'a> WalkHit<'a> {
     /// first.
     #[inline]
     pub fn path_vertex(&self, at: Vertex, throughput: DVec3) -> PathVertex<'a> {
-        PathVertex::hit(
-            at,
-            self.bsdf,
-            throughput,
-            1.0 / self.factor,
-            self.here.emitter,
-        )
+        let (bsdf, eta_squared) = (Some(self.bsdf), 1.0 / self.factor);
+        PathVertex::new(at, bsdf, throughput, eta_squared, self.here.emitter)
     }
 }

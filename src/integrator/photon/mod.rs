@@ -73,30 +73,14 @@ struct GatherPoint {
 
 impl GatherPoint {
     /// Creates a lookup at an arrival; `weight` multiplies its throughput.
-    fn new(
-        sample: usize,
-        &PhotonHit {
-            hit,
-            at,
-            throughput,
-            ..
-        }: &PhotonHit,
-        weight: DVec3,
-    ) -> Self {
-        let Hit {
-            point,
-            normal,
-            surface,
-            ..
-        } = hit;
-        let throughput = weight * throughput;
+    fn new(sample: usize, arrival: &PhotonHit, weight: DVec3) -> Self {
         Self {
             sample: sample as u32,
-            surface,
-            point,
-            normal,
-            direction: at.direction,
-            throughput,
+            surface: arrival.hit.surface,
+            point: arrival.hit.point,
+            normal: arrival.hit.normal,
+            direction: arrival.at.direction,
+            throughput: weight * arrival.throughput,
         }
     }
 }
@@ -156,12 +140,7 @@ impl<'a> PhotonMapping<'a> {
             let together = rays.by_ref().take(TRACED_TOGETHER);
             let mut together = together.map(|(item, (ray, rng))| {
                 radiances.borrow_mut().push(DVec3::ZERO);
-                PendingWalk {
-                    item,
-                    ray: Some(ray),
-                    block: 0,
-                    rng,
-                }
+                PendingWalk::new(item, Some(ray), 0, rng)
             });
             let arrivals = trace_to_diffuse(parts, scene, &mut together, &mut |i, emission| {
                 radiances.borrow_mut()[i] += emission;
@@ -179,14 +158,8 @@ impl<'a> PhotonMapping<'a> {
         let mut radiances = radiances.into_inner();
         let (map, radius) = match &self.caustics {
             Some((caustics, radius)) => {
-                gather(
-                    parts,
-                    scene,
-                    &self.all,
-                    self.radius,
-                    second_points,
-                    &mut radiances,
-                );
+                let (all, r) = (&self.all, self.radius);
+                gather(parts, scene, all, r, second_points, &mut radiances);
                 (caustics, *radius)
             }
             None => (&self.all, self.radius),
@@ -207,18 +180,8 @@ fn trace_to_diffuse<P: PathParts + ?Sized, T: Copy, R: Sampler>(
     // Walks are moved several times, so that they hold only the index of their arrival.
     let (mut hits, mut arrivals) = (Vec::new(), Vec::new());
     let mut walks = rays.map(|walk| {
-        let PendingWalk {
-            item,
-            ray,
-            block,
-            rng,
-        } = walk;
-        PendingWalk {
-            item: (item, block, None),
-            ray,
-            block,
-            rng,
-        }
+        let item = (walk.item, walk.block, None);
+        PendingWalk::new(item, walk.ray, walk.block, walk.rng)
     });
     let followed = trace_walks(parts, scene, &mut walks, |event| {
         match event {
@@ -260,18 +223,11 @@ fn gather<P: Photons + Scattering + ?Sized>(
     radiances: &mut [DVec3],
 ) {
     gather_points.sort_by_cached_key(|at| map.approximate_index(at.point));
-    for GatherPoint {
-        sample,
-        surface,
-        point,
-        normal,
-        direction,
-        throughput,
-    } in gather_points
-    {
-        let bsdf = &scene.surfaces()[surface as usize].bsdf;
-        let vertex = Vertex::of(point, normal, direction);
-        radiances[sample as usize] += throughput * map.reflected(parts, bsdf, &vertex, radius);
+    for at in gather_points {
+        let bsdf = &scene.surfaces()[at.surface as usize].bsdf;
+        let vertex = Vertex::of(at.point, at.normal, at.direction);
+        let reflected = map.reflected(parts, bsdf, &vertex, radius);
+        radiances[at.sample as usize] += at.throughput * reflected;
     }
 }
 
@@ -284,29 +240,16 @@ fn second_gather_points<P: Photons + PathParts + ?Sized, R: Sampler>(
     radiances: &mut [DVec3],
 ) -> Vec<GatherPoint> {
     let mut gathering = Vec::with_capacity(arrivals.len());
-    for (
-        item,
-        PhotonHit {
-            hit,
-            at,
-            throughput,
-            block,
-        },
-        mut rng,
-    ) in arrivals
-    {
+    for (item, arrival, mut rng) in arrivals {
+        let (hit, at, throughput) = (arrival.hit, &arrival.at, arrival.throughput);
         let bsdf = &scene.surface(&hit).bsdf;
-        if let Some(light) = direct_light(parts, scene, bsdf, &at, ShadowRays::DEFAULT, &mut rng) {
+        if let Some(light) = direct_light(parts, scene, bsdf, at, ShadowRays::DEFAULT, &mut rng) {
             radiances[item] += throughput * light.reflected;
         }
-        if let Some(next) = parts.sample(bsdf, &at, &mut rng) {
-            let ray = Some(scene.spawn_ray(hit.point, hit.normal, next.direction));
-            gathering.push(PendingWalk {
-                item: (item, throughput * next.weight),
-                ray,
-                block,
-                rng,
-            });
+        if let Some(next) = parts.sample(bsdf, at, &mut rng) {
+            let ray = scene.spawn_ray(hit.point, hit.normal, next.direction);
+            let item = (item, throughput * next.weight);
+            gathering.push(PendingWalk::new(item, Some(ray), arrival.block, rng));
         }
     }
     let second = trace_to_diffuse(

@@ -7,7 +7,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::error::Error;
-use crate::integrator::emission::{Emission, emit};
+use crate::integrator::emission::emit;
 use crate::integrator::walk::{PendingWalk, WalkEvent, in_batches, trace_walks};
 use crate::integrator::{Parts, PathParts, with_parts};
 use crate::material::{Bsdf, Scattering, Vertex};
@@ -268,16 +268,9 @@ fn trace_photons<P: Photons + PathParts + ?Sized>(
     let mut starts = particles.map(|number| {
         let mut rng = rng(number);
         rng.block(FIRST_LIGHT_BLOCK);
-        let emission = emit(parts, scene, &mut rng);
-        let (ray, flux) = emission.map_or((None, DVec3::ZERO), |Emission { ray, flux }| {
-            (Some(ray), flux)
-        });
-        PendingWalk {
-            item: (number, flux, 0),
-            ray,
-            block: FIRST_LIGHT_BLOCK,
-            rng,
-        }
+        let (ray, flux) = emit(parts, scene, &mut rng).unzip();
+        let item = (number, flux.unwrap_or_default(), 0);
+        PendingWalk::new(item, ray, FIRST_LIGHT_BLOCK, rng)
     });
     trace_walks(parts, scene, &mut starts, |event| {
         let WalkEvent::Hit((number, flux, specular), step, at, _) = event else {
