@@ -6,7 +6,8 @@ use std::ops::Range;
 use super::row::{LaneEstimator, RowRenderer};
 use super::silhouette::Silhouettes;
 use super::{
-    CHUNK_SAMPLES, PreparedRayRenderer, PreparedRenderer, Progress, Renderer, for_each_run,
+    CHUNK_SAMPLES, PixelRun, PreparedRayRenderer, PreparedRenderer, Progress, Renderer,
+    for_each_run,
 };
 use crate::error::Error;
 use crate::film::Film;
@@ -113,12 +114,9 @@ impl Renderer for LaneRenderer<'_> {
                 let message = "replaced parts are rendered in double precision alone";
                 return Err(Error::Option(message.to_owned()));
             }
-            return Ok(Box::new(PreparedRayRenderer::new(
-                scene,
-                self.estimator.along_rays(),
-                self.sampling,
-                resolution,
-            )));
+            let (estimator, sampling) = (self.estimator.along_rays(), self.sampling);
+            let by_rays = PreparedRayRenderer::new(scene, estimator, sampling, resolution);
+            return Ok(Box::new(by_rays));
         }
         Ok(match self.precision {
             Precision::Double => Box::new(self.prepared::<Lanes, LANES>(scene, resolution)),
@@ -135,19 +133,13 @@ impl LaneRenderer<'_> {
         scene: &'a Scene,
         resolution: [u32; 2],
     ) -> RowRenderer<'a, R, N> {
-        let Self {
-            estimator,
-            sampling,
-            ..
-        } = *self;
-        let sees_in_mirrors = estimator.along_rays().sees_in_mirrors();
-        let silhouettes = Silhouettes::new(scene, resolution, sampling, sees_in_mirrors);
+        let sees_in_mirrors = self.estimator.along_rays().sees_in_mirrors();
         RowRenderer {
             scene: LaneScene::new(scene),
-            estimator,
-            sampling,
+            estimator: self.estimator,
+            sampling: self.sampling,
             resolution,
-            silhouettes,
+            silhouettes: Silhouettes::new(scene, resolution, self.sampling, sees_in_mirrors),
         }
     }
 }
@@ -159,13 +151,7 @@ impl<R: Wide<N>, const N: usize> PreparedRenderer for RowRenderer<'_, R, N> {
         range: Range<u32>,
         progress: Progress<'_>,
     ) -> Result<bool, Error> {
-        for_each_run(
-            self.sampling,
-            CHUNK_SAMPLES,
-            film,
-            &range,
-            progress,
-            |runs| runs.iter_mut().try_for_each(|run| Self::add(self, run)),
-        )
+        let add = |runs: &mut [PixelRun<'_>]| runs.iter_mut().try_for_each(|run| self.add_run(run));
+        for_each_run(self.sampling, CHUNK_SAMPLES, film, &range, progress, add)
     }
 }

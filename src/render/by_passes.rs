@@ -78,25 +78,20 @@ pub fn render_passes(
     let width = resolution[0] as usize;
     for replication in range {
         let partial = film.partial.take();
-        let PartialReplication {
-            passes: done,
-            mut sums,
-        } = partial.unwrap_or_else(|| PartialReplication {
+        let mut partial = partial.unwrap_or_else(|| PartialReplication {
             passes: 0,
             sums: vec![DVec3::ZERO; film.pixels().len()],
         });
         let passes = replication * samples..(replication + 1) * samples;
-        for index in passes.clone().skip(done as usize) {
-            let image = estimator.image(
-                scene,
-                resolution,
-                ImagePass {
-                    sampler,
-                    seed,
-                    index,
-                },
-            )?;
-            let sums_and_values = sums.par_chunks_mut(width).zip_eq(image.par_chunks(width));
+        for index in passes.clone().skip(partial.passes as usize) {
+            let pass = ImagePass {
+                sampler,
+                seed,
+                index,
+            };
+            let image = estimator.image(scene, resolution, pass)?;
+            let sums = partial.sums.par_chunks_mut(width);
+            let sums_and_values = sums.zip_eq(image.par_chunks(width));
             let rows = film
                 .pixels_mut()
                 .par_chunks_mut(width)
@@ -131,12 +126,8 @@ pub fn render_passes(
                 Ok(())
             })?;
             if !pass_done(image.len() as u64) {
-                if index + 1 < passes.end {
-                    film.partial = Some(PartialReplication {
-                        passes: index + 1 - passes.start,
-                        sums,
-                    });
-                }
+                partial.passes = index + 1 - passes.start;
+                film.partial = (index + 1 < passes.end).then_some(partial);
                 return Ok(false);
             }
         }
@@ -184,13 +175,8 @@ impl<E: ImageEstimator> PreparedRenderer for PreparedImageRenderer<'_, E> {
         range: Range<u32>,
         progress: Progress<'_>,
     ) -> Result<bool, Error> {
-        let ImageRenderer {
-            estimator,
-            sampler,
-            seed,
-        } = self.passes;
-        render_passes(
-            self.scene, estimator, *sampler, *seed, film, range, progress,
-        )
+        let (scene, passes) = (self.scene, self.passes);
+        let (estimator, sampler, seed) = (&passes.estimator, passes.sampler, passes.seed);
+        render_passes(scene, estimator, sampler, seed, film, range, progress)
     }
 }

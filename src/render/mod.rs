@@ -228,115 +228,10 @@ const GROUPS_PER_THREAD: usize = 8;
 /// Index of a sample: that of its pixel in a list, of the replication, and of the sample there.
 type SampleIndex = (usize, u32, u32);
 
-/// Adds the missing replications of some pixels: first the radiance along all camera rays, then the
-/// points of silhouettes.
-fn add_samples(
-    scene: &Scene,
-    estimator: &dyn Estimator,
-    sampling: Sampling,
-    silhouettes: &Silhouettes,
-    resolution: [u32; 2],
-    runs: &mut [PixelRun<'_>],
-) -> Result<(), Error> {
-    let camera_ray = |[x, y]: [u32; 2], [u, v]: [f64; 2]| {
-        let ray = scene
-            .camera()
-            .ray(resolution, f64::from(x) + u, f64::from(y) + v);
-        (ray, scene.intersect(&ray))
-    };
-    let (mut places, mut pixels) = (Vec::new(), Vec::new());
-    for PixelRun {
-        corner: [x, y],
-        replications,
-        pixels: run_pixels,
-        counts,
-    } in runs
-    {
-        places.extend(
-            (*x..)
-                .zip(*counts)
-                .map(|(x, &samples)| ([x, *y], &*replications, sampling.with_samples(samples))),
-        );
-        pixels.extend(run_pixels.iter_mut());
-    }
-    let samples_of =
-        |(i, &(_, replications, sampling)): (usize, &([u32; 2], &Range<u32>, Sampling))| {
-            let samples = sampling.samples_per_replication();
-            replications
-                .clone()
-                .flat_map(move |replication| (0..samples).map(move |index| (i, replication, index)))
-        };
-    let names: Vec<SampleIndex> = places.iter().enumerate().flat_map(samples_of).collect();
-    let error_of = |(i, replication, _): SampleIndex, error: Error| {
-        let [x, y] = places[i].0;
-        error.at(|| format!(" at pixel ({x}, {y}), replication {replication}"))
-    };
-    let points_of = |(i, replication, index): SampleIndex| {
-        let [x, y] = places[i].0;
-        silhouettes.points(y * resolution[0] + x, replication, index)
-    };
-    let mut refused = None;
-    // For each sample, the weight of its radiance, and the emission seen along its ray.
-    let mut views = Vec::new();
-    let mut samples = names.iter().map(|&name| {
-        let (i, replication, index) = name;
-        let ([x, y], _, sampling) = places[i];
-        let mut rng = sampling.source(y * resolution[0] + x, replication, index);
-        let cell = index % sampling.pixel.samples_per_replication();
-        let (ray, hit) = camera_ray([x, y], sampling.pixel.position(cell, uniform2(&mut rng)));
-        if let Some(hit) = &hit
-            && let Err(error) = pixels[i].push_features(&features_of(scene, &ray, hit))
-        {
-            refused = refused.take().or(Some(error_of(name, error)));
-        }
-        let view = silhouettes.view(scene, ray, hit);
-        views.push((view.weight, view.emitted(scene)));
-        Sample {
-            ray: view.ray,
-            hit: view.hit,
-            rng,
-        }
-    });
-    let radiances = estimator.radiances(scene, &mut samples);
-    if let Some(error) = refused {
-        return Err(error);
-    }
-    let mut sum = DVec3::ZERO;
-    for (name, ((weight, emission), radiance)) in
-        names.iter().copied().zip(views.into_iter().zip(radiances))
-    {
-        let mut radiance = weight * radiance;
-        let (i, _, index) = name;
-        let (at, _, sampling) = places[i];
-        if let Some(points) = points_of(name) {
-            let visible = points.map(|point| {
-                let (ray, hit) = camera_ray(at, point);
-                silhouettes.view(scene, ray, hit).emitted(scene)
-            });
-            radiance = with_supersampled_emission(radiance, emission, visible);
-        }
-        // Checked here, as the mean of several could hide an invalid one.
-        check_radiance(radiance).map_err(|error| error_of(name, error))?;
-        sum += radiance;
-        let samples = sampling.samples_per_replication();
-        if index + 1 == samples {
-            pixels[i]
-                .push(sum / f64::from(samples), samples)
-                .map_err(|error| error_of(name, error))?;
-            sum = DVec3::ZERO;
-        }
-    }
-    Ok(())
-}
-
 /// Returns the features of a camera ray's hit.
 fn features_of(scene: &Scene, ray: &Ray, hit: &Hit) -> Features {
-    features(
-        scene.surface(hit).bsdf.albedo(),
-        hit.normal,
-        hit.t,
-        ray.direction,
-    )
+    let albedo = scene.surface(hit).bsdf.albedo();
+    features(albedo, hit.normal, hit.t, ray.direction)
 }
 
 /// Renderer: adds replications to films, with any kind of estimator.
@@ -404,12 +299,9 @@ impl<E: Estimator> Renderer for RayRenderer<E> {
         scene: &'a Scene,
         resolution: [u32; 2],
     ) -> Result<Box<dyn PreparedRenderer + 'a>, Error> {
-        Ok(Box::new(PreparedRayRenderer::new(
-            scene,
-            &self.estimator,
-            self.sampling,
-            resolution,
-        )))
+        let (estimator, sampling) = (&self.estimator, self.sampling);
+        let prepared = PreparedRayRenderer::new(scene, estimator, sampling, resolution);
+        Ok(Box::new(prepared))
     }
 }
 
@@ -437,6 +329,93 @@ impl<'a> PreparedRayRenderer<'a> {
             silhouettes,
         }
     }
+
+    /// Adds the missing replications of some pixels: first the radiance along all camera rays, then
+    /// the points of silhouettes.
+    fn add_samples(&self, resolution: [u32; 2], runs: &mut [PixelRun<'_>]) -> Result<(), Error> {
+        let (scene, sampling, silhouettes) = (self.scene, self.sampling, &self.silhouettes);
+        let camera_ray = |[x, y]: [u32; 2], [u, v]: [f64; 2]| {
+            let ray = scene
+                .camera()
+                .ray(resolution, f64::from(x) + u, f64::from(y) + v);
+            (ray, scene.intersect(&ray))
+        };
+        let (mut places, mut pixels) = (Vec::new(), Vec::new());
+        for run in runs {
+            let ([x, y], replications) = (run.corner, &run.replications);
+            let place = |(x, &samples)| ([x, y], replications, sampling.with_samples(samples));
+            places.extend((x..).zip(run.counts).map(place));
+            pixels.extend(run.pixels.iter_mut());
+        }
+        let samples_of =
+            |(i, &(_, replications, sampling)): (usize, &([u32; 2], &Range<u32>, Sampling))| {
+                let samples = sampling.samples_per_replication();
+                replications.clone().flat_map(move |replication| {
+                    (0..samples).map(move |index| (i, replication, index))
+                })
+            };
+        let names: Vec<SampleIndex> = places.iter().enumerate().flat_map(samples_of).collect();
+        let error_of = |(i, replication, _): SampleIndex, error: Error| {
+            let [x, y] = places[i].0;
+            error.at(|| format!(" at pixel ({x}, {y}), replication {replication}"))
+        };
+        let points_of = |(i, replication, index): SampleIndex| {
+            let [x, y] = places[i].0;
+            silhouettes.points(y * resolution[0] + x, replication, index)
+        };
+        let mut refused = None;
+        // For each sample, the weight of its radiance, and the emission seen along its ray.
+        let mut views = Vec::new();
+        let mut samples = names.iter().map(|&name| {
+            let (i, replication, index) = name;
+            let ([x, y], _, sampling) = places[i];
+            let mut rng = sampling.source(y * resolution[0] + x, replication, index);
+            let cell = index % sampling.pixel.samples_per_replication();
+            let (ray, hit) = camera_ray([x, y], sampling.pixel.position(cell, uniform2(&mut rng)));
+            if let Some(hit) = &hit
+                && let Err(error) = pixels[i].push_features(&features_of(scene, &ray, hit))
+            {
+                refused = refused.take().or(Some(error_of(name, error)));
+            }
+            let view = silhouettes.view(scene, ray, hit);
+            views.push((view.weight, view.emitted(scene)));
+            Sample {
+                ray: view.ray,
+                hit: view.hit,
+                rng,
+            }
+        });
+        let radiances = self.estimator.radiances(scene, &mut samples);
+        if let Some(error) = refused {
+            return Err(error);
+        }
+        let mut sum = DVec3::ZERO;
+        for (name, ((weight, emission), radiance)) in
+            names.iter().copied().zip(views.into_iter().zip(radiances))
+        {
+            let mut radiance = weight * radiance;
+            let (i, _, index) = name;
+            let (at, _, sampling) = places[i];
+            if let Some(points) = points_of(name) {
+                let visible = points.map(|point| {
+                    let (ray, hit) = camera_ray(at, point);
+                    silhouettes.view(scene, ray, hit).emitted(scene)
+                });
+                radiance = with_supersampled_emission(radiance, emission, visible);
+            }
+            // Checked here, as the mean of several could hide an invalid one.
+            check_radiance(radiance).map_err(|error| error_of(name, error))?;
+            sum += radiance;
+            let samples = sampling.samples_per_replication();
+            if index + 1 == samples {
+                pixels[i]
+                    .push(sum / f64::from(samples), samples)
+                    .map_err(|error| error_of(name, error))?;
+                sum = DVec3::ZERO;
+            }
+        }
+        Ok(())
+    }
 }
 
 impl PreparedRenderer for PreparedRayRenderer<'_> {
@@ -446,20 +425,8 @@ impl PreparedRenderer for PreparedRayRenderer<'_> {
         range: Range<u32>,
         progress: Progress<'_>,
     ) -> Result<bool, Error> {
-        let Self {
-            scene,
-            estimator,
-            sampling,
-            silhouettes,
-        } = self;
-        let resolution = film.resolution();
-        for_each_run(
-            *sampling,
-            estimator.batch_size(),
-            film,
-            &range,
-            progress,
-            |runs| add_samples(scene, *estimator, *sampling, silhouettes, resolution, runs),
-        )
+        let (resolution, batch_size) = (film.resolution(), self.estimator.batch_size());
+        let add = |runs: &mut [PixelRun<'_>]| self.add_samples(resolution, runs);
+        for_each_run(self.sampling, batch_size, film, &range, progress, add)
     }
 }

@@ -92,7 +92,7 @@ pub(crate) struct RowRenderer<'a, R: Wide<N>, const N: usize> {
 
 impl<R: Wide<N>, const N: usize> RowRenderer<'_, R, N> {
     /// Adds the missing replications to the pixels of a run.
-    pub fn add(&self, run: &mut PixelRun<'_>) -> Result<(), Error> {
+    pub fn add_run(&self, run: &mut PixelRun<'_>) -> Result<(), Error> {
         match &self.estimator {
             LaneEstimator::Path(path) => self.add_with(path, run),
             LaneEstimator::Report(report) => self.add_with(report, run),
@@ -102,171 +102,157 @@ impl<R: Wide<N>, const N: usize> RowRenderer<'_, R, N> {
 
     fn add_with<E: Integrator>(&self, estimator: &E, run: &mut PixelRun<'_>) -> Result<(), Error> {
         match self.sampling.sampler {
-            SamplerKind::Independent => render_run::<E, R, LaneStreams<N>, N>(self, estimator, run),
-            SamplerKind::Sobol(_) => render_run::<E, R, LaneSobol<N>, N>(self, estimator, run),
+            SamplerKind::Independent => self.add_with_sampler::<E, LaneStreams<N>>(estimator, run),
+            SamplerKind::Sobol(_) => self.add_with_sampler::<E, LaneSobol<N>>(estimator, run),
         }
     }
-}
 
-/// Adds the missing replications to the pixels of a run with one kind of estimator and sampler.
-fn render_run<E: Integrator, R: Wide<N>, S: PixelSampler<R>, const N: usize>(
-    renderer: &RowRenderer<'_, R, N>,
-    estimator: &E,
-    PixelRun {
-        corner,
-        replications,
-        pixels,
-        counts,
-    }: &mut PixelRun<'_>,
-) -> Result<(), Error> {
-    let (corner, columns) = (*corner, pixels.len());
-    let RowRenderer {
-        scene,
-        sampling,
-        resolution,
-        silhouettes,
-        ..
-    } = renderer;
-    let (scene, resolution) = (*scene, *resolution);
-    let mut next = (0..columns).flat_map(|column| {
-        replications
-            .clone()
-            .map(move |replication| (column, replication))
-    });
-    let mut random = S::new(sampling.seed);
-    let mut states = [LaneReplication::default(); N];
-    let mut paths: PathState<R, N> = PathState::new();
-    let mut scratch = IntersectionScratch::new();
-    // Bits of the lanes that need a replication, that start a sample, and whose path is under way.
-    let (mut idle, mut fresh, mut busy) = (u32::MAX >> (32 - N), 0_u32, 0_u32);
-    loop {
-        for lane in lanes_of(idle) {
-            if let Some((column, replication)) = next.next() {
-                let pixel = corner[1] * resolution[0] + corner[0] + column as u32;
-                let sample = SampleId {
-                    pixel,
-                    replication,
-                    index: 0,
-                };
-                states[lane] = LaneReplication {
-                    column,
-                    sample,
-                    ..LaneReplication::default()
-                };
-                idle &= !(1 << lane);
-                fresh |= 1 << lane;
+    /// Adds the missing replications to the pixels of a run with one kind of estimator and sampler.
+    fn add_with_sampler<E: Integrator, S: PixelSampler<R>>(
+        &self,
+        estimator: &E,
+        run: &mut PixelRun<'_>,
+    ) -> Result<(), Error> {
+        let (scene, resolution, corner) = (self.scene, self.resolution, run.corner);
+        let mut next = (0..run.pixels.len()).flat_map(|column| {
+            let replications = run.replications.clone();
+            replications.map(move |replication| (column, replication))
+        });
+        let mut random = S::new(self.sampling.seed);
+        let mut states = [LaneReplication::default(); N];
+        let mut paths: PathState<R, N> = PathState::new();
+        let mut scratch = IntersectionScratch::new();
+        // Bits of the lanes that need a replication, that start a sample, and whose path is under way.
+        let (mut idle, mut fresh, mut busy) = (u32::MAX >> (32 - N), 0_u32, 0_u32);
+        loop {
+            for lane in lanes_of(idle) {
+                if let Some((column, replication)) = next.next() {
+                    let pixel = corner[1] * resolution[0] + corner[0] + column as u32;
+                    let sample = SampleId {
+                        pixel,
+                        replication,
+                        index: 0,
+                    };
+                    states[lane] = LaneReplication {
+                        column,
+                        sample,
+                        ..LaneReplication::default()
+                    };
+                    idle &= !(1 << lane);
+                    fresh |= 1 << lane;
+                }
             }
-        }
-        if fresh != 0 {
-            for lane in lanes_of(fresh) {
-                let LaneReplication { column, sample, .. } = states[lane];
-                random.start(lane, &sampling.with_samples(counts[column]), sample);
-                (
-                    states[lane].emitter_radiance,
-                    states[lane].weight,
-                    states[lane].mirrors,
-                ) = (DVec3::ZERO, DVec3::ONE, 0);
+            if fresh != 0 {
+                for lane in lanes_of(fresh) {
+                    let LaneReplication { column, sample, .. } = states[lane];
+                    random.start(
+                        lane,
+                        &self.sampling.with_samples(run.counts[column]),
+                        sample,
+                    );
+                    (
+                        states[lane].emitter_radiance,
+                        states[lane].weight,
+                        states[lane].mirrors,
+                    ) = (DVec3::ZERO, DVec3::ONE, 0);
+                }
+                let starting = R::Mask::from_bits(fresh);
+                LaneSampler::<R>::start_blocks(&mut random, starting, &[0; N]);
+                let ray = self.camera_rays(corner, &states, starting, &mut random);
+                paths.start(&ray, starting);
+                busy |= fresh;
+                fresh = 0;
             }
-            let starting = R::Mask::from_bits(fresh);
-            LaneSampler::<R>::start_blocks(&mut random, starting, &[0; N]);
-            let ray = renderer.camera_rays(corner, &states, starting, &mut random);
-            paths.start(&ray, starting);
-            busy |= fresh;
-            fresh = 0;
-        }
-        if busy == 0 {
-            return Ok(());
-        }
-        let found = scene.closest(&paths.ray, R::Mask::from_bits(busy), &mut scratch);
-        let hit_bits = found.hit_mask.bits();
-        let mut ended = busy & !hit_bits;
-        estimator.escape(
-            &DefaultParts,
-            scene.scene,
-            &mut paths,
-            R::Mask::from_bits(ended),
-        );
-        if hit_bits != 0 {
-            let surface = SurfaceInteraction::new(scene, &paths.ray, &found);
-            let mirrors = if silhouettes.follows_mirrors {
-                surface.dark_mirror().bits()
-            } else {
-                0
-            };
-            let mut followed = 0;
-            let (shining, backs) = (surface.shows_emitter().bits(), surface.backs());
-            let first = hit_bits & R::Mask::from_fn(|i| paths.hits[i] == 0).bits();
-            for lane in lanes_of(first) {
+            if busy == 0 {
+                return Ok(());
+            }
+            let found = scene.closest(&paths.ray, R::Mask::from_bits(busy), &mut scratch);
+            let hit_bits = found.hit_mask.bits();
+            let mut ended = busy & !hit_bits;
+            let leaving = R::Mask::from_bits(ended);
+            estimator.escape(&DefaultParts, scene.scene, &mut paths, leaving);
+            if hit_bits != 0 {
+                let surface = SurfaceInteraction::new(scene, &paths.ray, &found);
+                let mirrors = if self.silhouettes.follows_mirrors {
+                    surface.dark_mirror().bits()
+                } else {
+                    0
+                };
+                let mut followed = 0;
+                let (shining, backs) = (surface.shows_emitter().bits(), surface.backs());
+                let first = hit_bits & R::Mask::from_fn(|i| paths.hits[i] == 0).bits();
+                for lane in lanes_of(first) {
+                    let state = &mut states[lane];
+                    if state.mirrors == 0 {
+                        let pushed =
+                            surface.push_features(lane, backs, &mut run.pixels[state.column]);
+                        pushed.map_err(|error| state.locate(corner, error))?;
+                    }
+                    if mirrors >> lane & 1 == 1 && state.mirrors < MAX_MIRRORS {
+                        state.weight *= surface.reflectance(lane);
+                        state.mirrors += 1;
+                        followed |= 1 << lane;
+                    } else if shining >> lane & 1 == 1 {
+                        state.emitter_radiance = state.weight * surface.emitter_radiance(lane);
+                    }
+                }
+                for (lane, hits) in paths.hits.iter_mut().enumerate() {
+                    *hits += (hit_bits & !followed) >> lane & 1;
+                }
+                let follows = R::Mask::from_bits(followed);
+                if followed != 0 {
+                    let throughput = paths.throughput;
+                    paths.continue_with(&surface, surface.mirrored(), throughput, follows);
+                }
+                let (paths, active) = (&mut paths, found.hit_mask & !follows);
+                let (surface, random, scratch) = (&surface, &mut random, &mut scratch);
+                let goes_on = estimator.interact(
+                    &DefaultParts,
+                    Arrival {
+                        scene,
+                        paths,
+                        surface,
+                        active,
+                        random,
+                        scratch,
+                    },
+                );
+                ended = busy & !goes_on.bits() & !followed;
+            }
+            ended &= !paths.pop_branches(ended);
+            busy &= !ended;
+            let radiances = paths.radiance.components().map(R::lanes);
+            for lane in lanes_of(ended) {
                 let state = &mut states[lane];
-                if state.mirrors == 0 {
-                    let pushed = surface.push_features(lane, backs, &mut pixels[state.column]);
+                let mut radiance =
+                    state.weight * DVec3::from_array(radiances.map(|channel| channel[lane].into()));
+                let id = state.sample;
+                let points = self.silhouettes.points(id.pixel, id.replication, id.index);
+                if let Some(points) = points {
+                    let first = [corner[0] + state.column as u32, corner[1]];
+                    let visible_emission = self.visible_emission(first, points, &mut scratch);
+                    radiance = with_supersampled_emission(
+                        radiance,
+                        state.emitter_radiance,
+                        visible_emission,
+                    );
+                }
+                check_radiance(radiance).map_err(|error| state.locate(corner, error))?;
+                state.sum += radiance;
+                state.sample.index += 1;
+                let samples = run.counts[state.column];
+                if state.sample.index < samples {
+                    fresh |= 1 << lane;
+                } else {
+                    let pushed =
+                        run.pixels[state.column].push(state.sum / f64::from(samples), samples);
                     pushed.map_err(|error| state.locate(corner, error))?;
+                    idle |= 1 << lane;
                 }
-                if mirrors >> lane & 1 == 1 && state.mirrors < MAX_MIRRORS {
-                    state.weight *= surface.reflectance(lane);
-                    state.mirrors += 1;
-                    followed |= 1 << lane;
-                } else if shining >> lane & 1 == 1 {
-                    state.emitter_radiance = state.weight * surface.emitter_radiance(lane);
-                }
-            }
-            for (lane, hits) in paths.hits.iter_mut().enumerate() {
-                *hits += (hit_bits & !followed) >> lane & 1;
-            }
-            let follows = R::Mask::from_bits(followed);
-            if followed != 0 {
-                let throughput = paths.throughput;
-                paths.continue_with(&surface, surface.mirrored(), throughput, follows);
-            }
-            let (paths, active) = (&mut paths, found.hit_mask & !follows);
-            let (surface, random, scratch) = (&surface, &mut random, &mut scratch);
-            let goes_on = estimator.interact(
-                &DefaultParts,
-                Arrival {
-                    scene,
-                    paths,
-                    surface,
-                    active,
-                    random,
-                    scratch,
-                },
-            );
-            ended = busy & !goes_on.bits() & !followed;
-        }
-        ended &= !paths.pop_branches(ended);
-        busy &= !ended;
-        let radiances = paths.radiance.components().map(R::lanes);
-        for lane in lanes_of(ended) {
-            let state = &mut states[lane];
-            let mut radiance =
-                state.weight * DVec3::from_array(radiances.map(|channel| channel[lane].into()));
-            let SampleId {
-                pixel,
-                replication,
-                index,
-            } = state.sample;
-            if let Some(points) = silhouettes.points(pixel, replication, index) {
-                let first = [corner[0] + state.column as u32, corner[1]];
-                let visible_emission = renderer.visible_emission(first, points, &mut scratch);
-                radiance =
-                    with_supersampled_emission(radiance, state.emitter_radiance, visible_emission);
-            }
-            check_radiance(radiance).map_err(|error| state.locate(corner, error))?;
-            state.sum += radiance;
-            state.sample.index += 1;
-            let samples = counts[state.column];
-            if state.sample.index < samples {
-                fresh |= 1 << lane;
-            } else {
-                let pushed = pixels[state.column].push(state.sum / f64::from(samples), samples);
-                pushed.map_err(|error| state.locate(corner, error))?;
-                idle |= 1 << lane;
             }
         }
     }
-}
 
-impl<R: Wide<N>, const N: usize> RowRenderer<'_, R, N> {
     /// Returns the emitted radiance seen through these points of a pixel.
     fn visible_emission(
         &self,
