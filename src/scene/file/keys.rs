@@ -30,44 +30,32 @@ impl Table<'_> {
     /// Refuses keys other than these.
     pub fn keys(&self, valid: &[&[&str]]) -> Result<(), Error> {
         let valid = valid.concat();
-        let wrong = self
-            .entries
-            .keys()
-            .find(|key| !valid.contains(&key.get_ref().as_ref()));
-        wrong.map_or(Ok(()), |key| {
-            refuse_lights(
-                key.get_ref(),
-                &self.value(key.get_ref(), &self.entries[key]),
-            )?;
-            let (name, place) = (
-                key.get_ref(),
-                if self.path.is_empty() {
-                    "a scene"
-                } else {
-                    &self.path
-                },
-            );
-            let hint = advice(name, &valid).unwrap_or_else(|| did_you_mean(name, valid));
-            Err(self.source.error_at(
-                key.span().start,
-                format!("{place} has no key {}{hint}", quote(name)),
-            ))
-        })
+        let mut keys = self.entries.keys();
+        let Some(key) = keys.find(|key| !valid.contains(&key.get_ref().as_ref())) else {
+            return Ok(());
+        };
+        let name = key.get_ref();
+        refuse_lights(name, &self.value(name, &self.entries[key]))?;
+        let place = if self.path.is_empty() {
+            "a scene"
+        } else {
+            &self.path
+        };
+        let hint = advice(name, &valid).unwrap_or_else(|| did_you_mean(name, valid));
+        let message = format!("{place} has no key {}{hint}", quote(name));
+        Err(self.source.error_at(key.span().start, message))
     }
 }
 
 /// Refuses a table that describes a light without extent, whichever of its keys says so.
 pub(super) fn refuse_light(table: &Table) -> Result<(), Error> {
-    for value in ["shape", "model", "type", "kind", "light"]
-        .iter()
-        .filter_map(|key| table.get(key))
-    {
-        if let Some(light) = value
+    let keys = ["shape", "model", "type", "kind", "light"];
+    for value in keys.iter().filter_map(|key| table.get(key)) {
+        let lights = value
             .text()
-            .ok()
-            .and_then(|text| matches(&LIGHTS, text).first().copied())
-        {
-            return Err(value.error(replacement(light, Some(table))));
+            .map_or(Vec::new(), |text| matches(&LIGHTS, text));
+        if let Some(light) = lights.first() {
+            return Err(value.error(replacement(*light, Some(table))));
         }
     }
     Ok(())

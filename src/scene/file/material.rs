@@ -23,11 +23,7 @@ pub(super) fn surface(table: &Table) -> Result<Surface, Error> {
     };
     let keys: Vec<&str> = model.parameters.iter().map(|key| key.name).collect();
     table.keys(&[&keys, coefficient, &["model", "emission", "absorption"]])?;
-    let or = |key, default| {
-        table
-            .get(key)
-            .map_or(Ok(default), |value| value.number(0.0..=1.0))
-    };
+    let or = |key, default| table.read_or(key, default, |value| value.number(0.0..=1.0));
     let value_of = |parameter: &Parameter| -> Result<(&'static str, Value), Error> {
         let name = parameter.name;
         let value = match parameter.kind {
@@ -51,12 +47,9 @@ pub(super) fn surface(table: &Table) -> Result<Surface, Error> {
         Ok(bsdf) => bsdf,
         Err((key, why)) => return Err(table.need(key)?.error(why)),
     };
-    let emission = table
-        .get("emission")
-        .map_or(Ok(DVec3::ZERO), |value| value.colour(0.0..=LARGEST))?;
     Ok(Surface {
         bsdf,
-        emission,
+        emission: table.read_or("emission", DVec3::ZERO, |v| v.colour(0.0..=LARGEST))?,
         absorption: or("absorption", 0.0)?,
     })
 }

@@ -3,7 +3,7 @@
 use glam::{DQuat, DVec3};
 
 use super::keys::refuse_light;
-use super::obj::{Name, Obj};
+use super::obj::Name;
 use super::polygon::Polygons;
 use super::reader::{LARGEST, Table, Value, error_at_line, quote};
 use super::schema::Reading;
@@ -60,33 +60,23 @@ impl Placement {
         };
         let scale = |value: Value| {
             let scale = value.colour(-LARGEST..=LARGEST)?;
-            let is_sound = scale.abs().min_element() >= 1e-9;
-            let range = format!("must not be nearer to 0 than 1e-9, nor beyond {LARGEST}");
-            if is_sound {
-                Ok(scale)
-            } else {
-                Err(value.error(range))
+            if scale.abs().min_element() < 1e-9 {
+                let range = format!("must not be nearer to 0 than 1e-9, nor beyond {LARGEST}");
+                return Err(value.error(range));
             }
+            Ok(scale)
         };
         Ok(Self {
-            scale: table.get("scale").map_or(Ok(DVec3::ONE), scale)?,
+            scale: table.read_or("scale", DVec3::ONE, scale)?,
             rotation: table.get("rotate").map(rotation).transpose()?,
-            translation: table
-                .get("translate")
-                .map_or(Ok(DVec3::ZERO), |value| value.point())?,
+            translation: table.read_or("translate", DVec3::ZERO, |value| value.point())?,
             unit,
         })
     }
 
     /// Returns whether it turns counter-clockwise into clockwise.
     fn mirrors(&self) -> bool {
-        self.scale
-            .to_array()
-            .iter()
-            .filter(|factor| **factor < 0.0)
-            .count()
-            % 2
-            == 1
+        self.scale.element_product() < 0.0
     }
 
     /// Returns a triangle whose front stays on the mirror image of its front.
@@ -111,25 +101,16 @@ impl Reading<'_> {
         refuse_light(table)?;
         let (shape, keys) = table.need("shape")?.choice(&SHAPES)?;
         table.keys(&[keys, &["shape"]])?;
+        let wrong = |message: String| table.error(message);
         let known = |name: &str, value: &Value| {
-            let is_known = self.materials.contains(name);
-            if is_known {
-                Ok(name.to_owned())
-            } else {
-                Err(value.error(format!("is not known: {}", description.unknown(name))))
-            }
+            let material = self.materials.get(name).cloned();
+            material
+                .ok_or_else(|| value.error(format!("is not known: {}", description.unknown(name))))
         };
-        let material = || {
-            table
-                .need("material")
-                .and_then(|value| known(value.text()?, &value))
-        };
+        let named = |value: Value| known(value.text()?, &value);
+        let material = || table.need("material").and_then(named);
         let point = |key| Ok(table.need(key)?.point()? * self.unit);
-        let inward = || {
-            table
-                .get("inward")
-                .map_or(Ok(false), |inward| inward.truth())
-        };
+        let inward = || table.read_or("inward", false, |inward| inward.truth());
         Ok(match shape {
             "rectangle" => {
                 let (corner, material) = (point("corner")?, material()?);
@@ -143,9 +124,7 @@ impl Reading<'_> {
                 if halves.iter().any(|half| triangle_normal(*half).is_none()) {
                     return Err(table.error("needs two edges that span an area"));
                 }
-                self.limits
-                    .triangles(2)
-                    .map_err(|message| table.error(message))?;
+                self.limits.triangles(2).map_err(wrong)?;
                 Object::Rectangle {
                     corner,
                     edges,
@@ -155,10 +134,8 @@ impl Reading<'_> {
             "sphere" => {
                 let any = f64::NEG_INFINITY..=f64::INFINITY;
                 let zone = |zone: Value| zone.two(|z| z.number(any.clone()));
-                let zone = table
-                    .get("zone")
-                    .map_or(Ok([*any.start(), *any.end()]), zone)?
-                    .map(|z| z * self.unit);
+                let whole = [*any.start(), *any.end()];
+                let zone = table.read_or("zone", whole, zone)?.map(|z| z * self.unit);
                 let radius = table.need("radius")?.number(1e-9..=LARGEST)? * self.unit;
                 let sphere = Sphere {
                     centre: point("centre")?,
@@ -192,9 +169,7 @@ impl Reading<'_> {
                     return Err(table.error("is so flat or so small that a side has no area"));
                 }
                 let triangles = vec![(material()?, triangles.to_vec())];
-                self.limits
-                    .triangles(12)
-                    .map_err(|message| table.error(message))?;
+                self.limits.triangles(12).map_err(wrong)?;
                 Object::Mesh {
                     vertices: vertices.to_vec(),
                     triangles,
@@ -202,9 +177,7 @@ impl Reading<'_> {
             }
             "mesh" => {
                 let list = table.need("vertices")?.array()?;
-                self.limits
-                    .vertices(list.len())
-                    .map_err(|message| table.error(message))?;
+                self.limits.vertices(list.len()).map_err(wrong)?;
                 let mut vertices = list
                     .map(|vertex| vertex.point())
                     .collect::<Result<Vec<_>, _>>()?;
@@ -245,21 +218,13 @@ impl Reading<'_> {
             }
             _ => {
                 let value = table.need("file")?;
-                let default = table
-                    .get("material")
-                    .map(|value| known(value.text()?, &value))
-                    .transpose()?;
+                let default = table.get("material").map(named).transpose()?;
                 let (path, bytes) = self.bytes_of(table, "file")?;
                 let file = path.display().to_string();
-                let Obj {
-                    mut vertices,
-                    materials,
-                    triangles: all,
-                    notes,
-                } = obj::parse(&file, &bytes, &mut self.limits)?;
-                self.notes.extend(notes);
+                let mut mesh = obj::parse(&file, &bytes, &mut self.limits)?;
+                self.notes.append(&mut mesh.notes);
                 let (mut names, mut lacking) = (Vec::new(), Vec::new());
-                for Name { name, line } in materials {
+                for Name { name, line } in mesh.materials {
                     let own = name.as_ref().filter(|name| self.materials.contains(*name));
                     match (own.or(default.as_ref()), &name) {
                         (Some(material), _) => names.push(material.clone()),
@@ -269,11 +234,8 @@ impl Reading<'_> {
                             return Err(error_at_line(file, line, message));
                         }
                     }
-                    lacking.extend(
-                        name.as_ref()
-                            .filter(|_| own.is_none())
-                            .map(|name| quote(name)),
-                    );
+                    let foreign = name.as_ref().filter(|_| own.is_none());
+                    lacking.extend(foreign.map(|name| quote(name)));
                 }
                 if !lacking.is_empty() {
                     let more = if lacking.len() > 8 {
@@ -296,34 +258,27 @@ impl Reading<'_> {
                     ));
                 }
                 let placement = Placement::of(table, self.unit)?;
+                let mut vertices = mesh.vertices;
                 placement.apply(&mut vertices);
                 let mut triangles = Vec::<(String, Vec<_>)>::new();
                 // Index in `triangles` of each name.
-                let places: Vec<usize> = names
-                    .into_iter()
-                    .map(|name| {
-                        triangles
-                            .iter()
-                            .position(|(known, _)| *known == name)
-                            .unwrap_or_else(|| {
-                                triangles.push((name, Vec::new()));
-                                triangles.len() - 1
-                            })
+                let place = |name: String| {
+                    let known = triangles.iter().position(|(known, _)| *known == name);
+                    known.unwrap_or_else(|| {
+                        triangles.push((name, Vec::new()));
+                        triangles.len() - 1
                     })
-                    .collect();
-                let before = all.len();
-                for (name, triangle) in all {
+                };
+                let places: Vec<usize> = names.into_iter().map(place).collect();
+                let (before, mut flat) = (mesh.triangles.len(), 0);
+                for (name, triangle) in mesh.triangles {
                     if triangle_normal(triangle.map(|i| vertices[i as usize])).is_some() {
-                        triangles[places[name]]
-                            .1
-                            .push(placement.reoriented(triangle));
+                        let (_, of_name) = &mut triangles[places[name]];
+                        of_name.push(placement.reoriented(triangle));
+                    } else {
+                        flat += 1;
                     }
                 }
-                let flat = before
-                    - triangles
-                        .iter()
-                        .map(|(_, triangles)| triangles.len())
-                        .sum::<usize>();
                 if flat == before {
                     return Err(value.error("has no triangle with an area"));
                 }

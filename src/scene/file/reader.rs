@@ -248,6 +248,16 @@ impl<'s> Table<'s> {
         Some(self.value(key, self.entries.get(key)?))
     }
 
+    /// Reads the value of a key that may be left out, and has this default.
+    pub fn read_or<T>(
+        &self,
+        key: &str,
+        default: T,
+        read: impl FnOnce(Value<'s>) -> Result<T, Error>,
+    ) -> Result<T, Error> {
+        self.get(key).map_or(Ok(default), read)
+    }
+
     /// Returns the value of a required key.
     pub fn need(&self, key: &str) -> Result<Value<'s>, Error> {
         let other = || {

@@ -22,20 +22,12 @@ fn camera(table: &Table, unit: f64) -> Result<Camera, Error> {
         _ => return Err(table.error("needs one of fov_deg and half_height, and not both")),
     };
     let point = |key| table.need(key)?.point();
-    let camera = Camera::new(
-        point("eye")? * unit,
-        point("target")? * unit,
-        point("up")?,
-        half_height,
-    );
-    let needs = || {
-        table.error("needs a target away from the eye and an upright that is not the line of sight")
-    };
-    if camera.is_valid() {
-        Ok(camera)
-    } else {
-        Err(needs())
-    }
+    let [eye, target] = [point("eye")?, point("target")?].map(|p| p * unit);
+    let camera = Camera::new(eye, target, point("up")?, half_height);
+    let needs = "needs a target away from the eye and an upright that is not the line of sight";
+    Some(camera)
+        .filter(Camera::is_valid)
+        .ok_or_else(|| table.error(needs))
 }
 
 /// Remaining budget of bytes, vertices and triangles.
@@ -78,19 +70,17 @@ impl<'a> Reading<'a> {
         name: &str,
         folder: &'a Path,
     ) -> Result<(Description, Self), Error> {
-        let limits = Limits {
-            bytes: LARGEST_OTHER,
-            vertices: MAX_VERTICES,
-            triangles: MAX_VERTICES,
-        };
-        let (digest, notes, materials) = (Sha256::new(), Vec::new(), HashSet::new());
         let mut reading = Self {
             folder,
             unit: 1.0,
-            materials,
-            limits,
-            digest,
-            notes,
+            materials: HashSet::new(),
+            limits: Limits {
+                bytes: LARGEST_OTHER,
+                vertices: MAX_VERTICES,
+                triangles: MAX_VERTICES,
+            },
+            digest: Sha256::new(),
+            notes: Vec::new(),
         };
         reading.hash(source.text.as_bytes());
         let parsed = source.parse()?;
@@ -103,19 +93,11 @@ impl<'a> Reading<'a> {
             "materials",
             "objects",
         ]])?;
-        if let Some(unit) = root.get("unit") {
-            reading.unit = unit.number(1e-6..=1e6)?;
-        }
+        reading.unit = root.read_or("unit", 1.0, |unit| unit.number(1e-6..=1e6))?;
+        let black = Environment::Uniform(DVec3::ZERO);
         let mut description = Description {
-            name: root
-                .get("name")
-                .map_or(Ok(name), |name| name.text())?
-                .to_owned(),
-            background: root
-                .get("background")
-                .map_or(Ok(Environment::Uniform(DVec3::ZERO)), |value| {
-                    reading.background(&value)
-                })?,
+            name: root.read_or("name", name, |name| name.text())?.to_owned(),
+            background: root.read_or("background", black, |value| reading.background(&value))?,
             camera: camera(&root.need("camera")?.table()?, reading.unit)?,
             materials: Vec::new(),
             objects: Vec::new(),
@@ -180,26 +162,15 @@ impl<'a> Reading<'a> {
                 image.display()
             ));
         }
-        let scale = table
-            .get("scale")
-            .map_or(Ok(1.0), |scale| scale.number(1e-9..=LARGEST))?;
-        let axis = |key, default| table.get(key).map_or(Ok(default), |axis| axis.point());
+        let scale = table.read_or("scale", 1.0, |scale| scale.number(1e-9..=LARGEST))?;
+        let axis = |key, default| table.read_or(key, default, |axis| axis.point());
+        let (up, front) = (axis("up", DVec3::Z)?, axis("front", DVec3::X)?);
         let planes = &picture.values;
-        let pixel = |i: usize| {
-            DVec3::new(
-                planes[0][i],
-                planes[1 % planes.len()][i],
-                planes[2 % planes.len()][i],
-            ) * scale
-        };
+        let pixel =
+            |i: usize| DVec3::from_array([0, 1, 2].map(|c| planes[c % planes.len()][i])) * scale;
         let pixels = (0..planes[0].len()).map(pixel).collect();
-        let map = EnvironmentMap::new(
-            picture.size,
-            pixels,
-            axis("up", DVec3::Z)?,
-            axis("front", DVec3::X)?,
-        );
-        map.map(Environment::Map)
+        EnvironmentMap::new(picture.size, pixels, up, front)
+            .map(Environment::Map)
             .map_err(|message| table.error(format!("is no environment map: {message}")))
     }
 
