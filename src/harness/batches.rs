@@ -69,15 +69,9 @@ impl Batches {
     /// `prefix` begins their places.
     pub fn cells(&self, prefix: &str, expected: f64, variance: f64) -> Vec<Cell> {
         let standard_error = (variance / self.size as f64).sqrt();
-        let cell = |(i, &observed): (usize, &f64)| Cell {
-            place: format!("{prefix}batch {} ({} values)", i + 1, self.size),
-            expected,
-            observed,
-            sigmas: if observed == expected {
-                0.0
-            } else {
-                (observed - expected) / standard_error
-            },
+        let cell = |(i, &observed): (usize, &f64)| {
+            let place = format!("{prefix}batch {} ({} values)", i + 1, self.size);
+            Cell::new(place, expected, observed, standard_error)
         };
         self.means().iter().enumerate().map(cell).collect()
     }

@@ -339,12 +339,8 @@ pub fn check_up(subject: &BsdfSubject, size: &CheckUp, context: &Context) -> Vec
         check_weights(subject, size, rounding, &mut context.rng("weights")),
     ];
     if subject.reciprocal {
-        outcomes.push(check_reciprocity(
-            subject,
-            size,
-            rounding,
-            &mut context.rng("reciprocity"),
-        ));
+        let rng = &mut context.rng("reciprocity");
+        outcomes.push(check_reciprocity(subject, size, rounding, rng));
     }
     for (i, &degrees) in size.inclinations.iter().enumerate() {
         // An azimuth that favours no axis and is not the same twice.

@@ -119,12 +119,8 @@ pub fn count(
 /// of the count: they are compared with the partition's loss, not divided away.
 pub fn chi_square(name: &str, partition: &Partition, counts: &Counts, delta: f64) -> Outcome {
     grade(pearson(name, partition, counts, delta), |effect| {
-        Some(pearson(
-            name,
-            partition,
-            &counts.perturbed(partition, effect)?,
-            delta,
-        ))
+        let wrong = counts.perturbed(partition, effect)?;
+        Some(pearson(name, partition, &wrong, delta))
     })
 }
 
@@ -302,17 +298,8 @@ fn cells(partition: &Partition, counts: &Counts, expected: &[f64]) -> Vec<Cell> 
         .iter()
         .zip(&counts.observed)
         .zip(&partition.places)
-        .map(|((&e, &o), place)| Cell {
-            place: place.clone(),
-            expected: e,
-            observed: o as f64,
-            // An empty cell of probability zero is right.
-            sigmas: if o as f64 == e {
-                0.0
-            } else {
-                (o as f64 - e) / e.sqrt()
-            },
-        })
+        // An empty cell of probability zero is right.
+        .map(|((&e, &o), place)| Cell::new(place.clone(), e, o as f64, e.sqrt()))
         .collect()
 }
 
@@ -320,11 +307,9 @@ fn describe(partition: &Partition, counts: &Counts, expected: &[f64], p_lost: f6
     if let Some(point) = counts.example {
         let Counts { forbidden, n, .. } = counts;
         return match partition.outside(point) {
-            Some(why) => {
-                format!(
-                    "{forbidden} of {n} samples are outside or where the pdf is zero; the first, {point}, {why}"
-                )
-            }
+            Some(why) => format!(
+                "{forbidden} of {n} samples are outside or where the pdf is zero; the first, {point}, {why}"
+            ),
             None => format!(
                 "{forbidden} of {n} samples where the pdf is zero or not finite, the first at {point}"
             ),
@@ -355,25 +340,21 @@ pub fn binomial(name: &str, k: u64, n: u64, probability: f64, delta: f64) -> Out
     grade(binomial_test(name, k, n, probability, delta), |effect| {
         // Probabilities stay within 0 and 1, and counts within 0 and n.
         let wrong = (k as f64 + effect * n as f64).round();
+        let wrong = wrong.clamp(0.0, n as f64) as u64;
         let possible = (0.0..=1.0).contains(&(probability + effect));
-        possible.then(|| {
-            binomial_test(
-                name,
-                wrong.clamp(0.0, n as f64) as u64,
-                n,
-                probability,
-                delta,
-            )
-        })
+        possible.then(|| binomial_test(name, wrong, n, probability, delta))
     })
 }
 
 fn binomial_test(name: &str, k: u64, n: u64, probability: f64, delta: f64) -> Outcome {
     let [fraction, expected] = [k as f64 / n as f64, n as f64 * probability];
-    let sigmas = if k as f64 == expected {
-        0.0
-    } else {
-        (k as f64 - expected) / (expected * (1.0 - probability)).sqrt()
+    let deviation = (expected * (1.0 - probability)).sqrt();
+    let successes = Cell::new(String::from("successes"), expected, k as f64, deviation);
+    let failures = Cell {
+        place: String::from("failures"),
+        expected: n as f64 - expected,
+        observed: (n - k) as f64,
+        sigmas: -successes.sigmas,
     };
     let outcome = Outcome {
         name: name.to_owned(),
@@ -392,21 +373,11 @@ fn binomial_test(name: &str, k: u64, n: u64, probability: f64, delta: f64) -> Ou
         interval: binomial_interval(k, n, ALPHA / 2.0),
         claim: Claim::Equal { delta },
         sensitivity: Sensitivity::Binomial { n, probability },
-        worst: format!("{k} of {n}, {expected:.1} expected, {sigmas:+.1} sigmas"),
-        cells: vec![
-            Cell {
-                place: String::from("successes"),
-                expected,
-                observed: k as f64,
-                sigmas,
-            },
-            Cell {
-                place: String::from("failures"),
-                expected: n as f64 - expected,
-                observed: (n - k) as f64,
-                sigmas: -sigmas,
-            },
-        ],
+        worst: format!(
+            "{k} of {n}, {expected:.1} expected, {:+.1} sigmas",
+            successes.sigmas
+        ),
+        cells: vec![successes, failures],
         graded: Vec::new(),
     };
     if n == 0 {
@@ -431,11 +402,6 @@ pub fn poisson(name: &str, k: u64, n: u64, expected: f64, delta: f64) -> Outcome
 }
 
 fn poisson_test(name: &str, k: u64, n: u64, expected: f64, delta: f64) -> Outcome {
-    let sigmas = if k as f64 == expected {
-        0.0
-    } else {
-        (k as f64 - expected) / expected.sqrt()
-    };
     let tails = poisson_sf(k, expected).min(poisson_cdf(k, expected));
     let outcome = Outcome {
         name: name.to_owned(),
@@ -455,12 +421,12 @@ fn poisson_test(name: &str, k: u64, n: u64, expected: f64, delta: f64) -> Outcom
         claim: Claim::Equal { delta },
         sensitivity: Sensitivity::Poisson { mean: expected },
         worst: format!("{k} among {n} values, {expected:.1e} expected"),
-        cells: vec![Cell {
-            place: String::from("events"),
+        cells: vec![Cell::new(
+            String::from("events"),
             expected,
-            observed: k as f64,
-            sigmas,
-        }],
+            k as f64,
+            expected.sqrt(),
+        )],
         graded: Vec::new(),
     };
     if n == 0 {

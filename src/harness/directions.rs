@@ -132,11 +132,8 @@ impl<'a> Directions<'a> {
     pub fn push(&mut self, sample: &Sample) {
         self.counts.n += 1;
         if let Some(weight) = sample.weight {
-            self.weights.push(if sample.direction.is_some() {
-                weight
-            } else {
-                0.0
-            });
+            let weight = sample.direction.map_or(0.0, |_| weight);
+            self.weights.push(weight);
         }
         let Some(direction) = sample.direction else {
             self.counts.lost += 1;
@@ -189,10 +186,9 @@ impl<'a> Directions<'a> {
         let range = density_range(self.density, &self.precision, direction);
         let finest = (0.5 * (range[1] - range[0]) + rounding) / pdf;
         let tells = scale == 1.0 && !finest.is_nan();
-        self.pdfs.finest = self
-            .pdfs
-            .finest
-            .min(if tells { finest } else { f64::INFINITY });
+        if tells {
+            self.pdfs.finest = self.pdfs.finest.min(finest);
+        }
         let error = if error.is_nan() {
             error
         } else {
@@ -261,12 +257,8 @@ impl<'a> Directions<'a> {
 
     fn cells(&self, cells: usize, margin: f64) -> Outcome {
         let partition = self.density.fine_grid.coarsened(cells);
-        chi_square(
-            &format!("{cells} cells"),
-            &partition,
-            &self.counts.coarsened(&partition),
-            margin,
-        )
+        let (name, counts) = (format!("{cells} cells"), self.counts.coarsened(&partition));
+        chi_square(&name, &partition, &counts, margin)
     }
 
     fn pdf_tolerance(&self) -> f64 {
@@ -281,16 +273,12 @@ impl<'a> Directions<'a> {
     /// Returns the outcome of reported pdfs, if there are any; undecided if they are too coarse to
     /// show an error of one percent.
     fn pdfs(&self) -> Option<Outcome> {
-        let ReportedPdfs {
-            count,
-            worst: (error, worst),
-            finest,
-        } = &self.pdfs;
+        let (count, (error, worst)) = (self.pdfs.count, &self.pdfs.worst);
         let tolerance = self.pdf_tolerance();
-        let outcome =
-            || Outcome::identity("reported pdf", *count, *error, tolerance, worst.clone());
-        let coarse = error <= &tolerance && finest + tolerance > DETECTABLE_PDF_ERROR;
-        (*count > 0).then(outcome).map(|outcome| {
+        let coarse = *error <= tolerance && self.pdfs.finest + tolerance > DETECTABLE_PDF_ERROR;
+        (count > 0).then(|| {
+            let outcome =
+                Outcome::identity("reported pdf", count, *error, tolerance, worst.clone());
             let why = "the numbers are too coarse for this density";
             if coarse {
                 outcome.undecided(why, u64::MAX)
@@ -315,13 +303,12 @@ impl<'a> Directions<'a> {
         } else {
             // Rounding may have moved all weights alike.
             let moved = (moments.mean() - expected).clamp(-rounding, rounding);
+            let delta = margin * expected;
             mean(
                 name,
                 &self.weights,
                 expected + moved,
-                Claim::Equal {
-                    delta: margin * expected,
-                },
+                Claim::Equal { delta },
             )
         };
         if rounding > margin * expected && outcome.verdict() == Verdict::Holds {

@@ -25,12 +25,8 @@ pub fn kolmogorov_smirnov(
         // The uniform numbers cdf(x), bent so that their distribution is off by the effect at one
         // half.
         let perturbed: Vec<f64> = values.iter().map(|&x| perturbed(cdf(x), effect)).collect();
-        Some(ks_test(
-            name,
-            &perturbed,
-            &|u: f64| u.clamp(0.0, 1.0),
-            delta,
-        ))
+        let uniform = |u: f64| u.clamp(0.0, 1.0);
+        Some(ks_test(name, &perturbed, &uniform, delta))
     })
 }
 

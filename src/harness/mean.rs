@@ -93,12 +93,8 @@ impl Difference {
 pub fn mean(name: &str, values: &Values, reference: f64, claim: Claim) -> Outcome {
     let moments = values.moments;
     if claim == (Claim::Equal { delta: 0.0 }) {
-        return all_equal(
-            name,
-            moments,
-            reference,
-            ALL_EQUAL_TOLERANCE * reference.abs().max(1.0),
-        );
+        let tolerance = ALL_EQUAL_TOLERANCE * reference.abs().max(1.0);
+        return all_equal(name, moments, reference, tolerance);
     }
     grade(student_test(name, values, reference, claim), |effect| {
         let wrong = values.with_error(effect, reference);
@@ -204,13 +200,10 @@ pub fn bounded_mean(
     bounds: [f64; 2],
     claim: Claim,
 ) -> Outcome {
-    grade(
-        bernstein_test(name, values, reference, bounds, claim),
-        |effect| {
-            let wrong = values.with_error(effect, reference);
-            Some(bernstein_test(name, &wrong, reference, bounds, claim))
-        },
-    )
+    let test = |values: &Values| bernstein_test(name, values, reference, bounds, claim);
+    grade(test(values), |effect| {
+        Some(test(&values.with_error(effect, reference)))
+    })
 }
 
 fn bernstein_test(

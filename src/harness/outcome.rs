@@ -121,6 +121,24 @@ pub struct Cell {
     pub sigmas: f64,
 }
 
+impl Cell {
+    /// Creates a cell whose observed value has this standard deviation. An observed value that is
+    /// the expected one is 0 standard deviations off, even if that is 0.
+    pub(super) fn new(place: String, expected: f64, observed: f64, deviation: f64) -> Self {
+        let difference = observed - expected;
+        Self {
+            place,
+            expected,
+            observed,
+            sigmas: if difference == 0.0 {
+                0.0
+            } else {
+                difference / deviation
+            },
+        }
+    }
+}
+
 /// Outcome of one statistic.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outcome {

@@ -249,12 +249,8 @@ fn binomial_miss(n: u64, null: f64, q: f64, alpha: f64) -> f64 {
     // First rejected count above, and number of rejected counts below.
     let above = first_true(n + 1, |k| 2.0 * binomial_sf(k, n, null) < alpha);
     let below = first_true(n + 1, |k| 2.0 * binomial_cdf(k, n, null) >= alpha);
-    acceptance_probability(
-        below,
-        above,
-        |k| binomial_cdf(k, n, q),
-        |k| binomial_sf(k, n, q),
-    )
+    let (cdf, sf) = (|k| binomial_cdf(k, n, q), |k| binomial_sf(k, n, q));
+    acceptance_probability(below, above, cdf, sf)
 }
 
 /// Returns P(k is accepted) under a Poisson mean `mean` of the two-sided exact test of `null`; 0
@@ -266,12 +262,8 @@ fn poisson_miss(null: f64, mean: f64, alpha: f64) -> f64 {
     let max_count = (null + 100.0 * null.sqrt() + 1000.0).ceil() as u64;
     let above = first_true(max_count, |k| 2.0 * poisson_sf(k, null) < alpha);
     let below = first_true(max_count, |k| 2.0 * poisson_cdf(k, null) >= alpha);
-    acceptance_probability(
-        below,
-        above,
-        |k| poisson_cdf(k, mean),
-        |k| poisson_sf(k, mean),
-    )
+    let (cdf, sf) = (|k| poisson_cdf(k, mean), |k| poisson_sf(k, mean));
+    acceptance_probability(below, above, cdf, sf)
 }
 
 /// Returns P(below ≤ K < above), from the tails on the side on which they are small.

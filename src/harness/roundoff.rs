@@ -10,7 +10,7 @@ use std::collections::BTreeSet;
 use glam::DVec3;
 
 use super::outcome::Outcome;
-use super::pointwise::{POINTWISE_TOLERANCE, relative};
+use super::pointwise::{LargestError, POINTWISE_TOLERANCE, relative};
 
 /// Unit roundoff of double precision, 2⁻⁵³: the largest relative error of one rounding.
 pub const DOUBLE: f64 = f64::EPSILON / 2.0;
@@ -185,9 +185,12 @@ impl RoundoffBounds {
         (bound <= MAX_ROUNDING_ERROR).then(|| error * tolerance / bound)
     }
 
-    /// Returns an exact outcome, made undecided if most arguments (`skipped`) could not be judged.
-    pub fn outcome(self, outcome: Outcome, skipped: u64) -> Outcome {
-        if outcome.n < skipped && outcome.p > 0.0 {
+    /// Returns the outcome of an identity by its largest error over `judged` arguments; undecided
+    /// if more of them (`skipped`) could not be judged.
+    pub fn outcome(self, name: &str, judged: u64, skipped: u64, largest: LargestError) -> Outcome {
+        let LargestError { error, place } = largest;
+        let outcome = Outcome::identity(name, judged, error, self.tolerance(), place);
+        if judged < skipped && outcome.p > 0.0 {
             let why = format!(
                 "in {} rounding explains more than half a percent at most places",
                 self.words()

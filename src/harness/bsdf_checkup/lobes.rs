@@ -123,10 +123,8 @@ impl RoundedSubject<'_> {
                 let [probability, throughput] =
                     [(a.probability, b.probability), (a.throughput, b.throughput)]
                         .map(|(a, b)| self.rounding.relative(a, b));
-                (a.direction - b.direction)
-                    .length()
-                    .max(probability)
-                    .max(throughput)
+                let turned = (a.direction - b.direction).length();
+                turned.max(probability).max(throughput)
             });
             if others.len() == lobes.len() {
                 each.fold(0.0, f64::max)
@@ -311,22 +309,12 @@ fn check_pointwise(
             }
         }
     }
-    let [sums, weights, reversed, energy] = [
-        ("sum of probabilities", size.pairs, sums),
-        (
-            "weight = throughput/probability",
-            sampled - skipped,
-            weights,
-        ),
-        ("way back", returned, reversed),
-        ("energy bound", size.pairs, energy),
-    ]
-    .map(|(name, n, l)| Outcome::identity(name, n, l.error, rounding.tolerance(), l.place));
+    let judged = sampled - skipped;
     vec![
-        sums,
-        rounding.outcome(weights, skipped),
-        rounding.outcome(reversed, one_way),
-        energy,
+        rounding.outcome("sum of probabilities", size.pairs, 0, sums),
+        rounding.outcome("weight = throughput/probability", judged, skipped, weights),
+        rounding.outcome("way back", returned, one_way, reversed),
+        rounding.outcome("energy bound", size.pairs, 0, energy),
     ]
 }
 
@@ -380,13 +368,9 @@ fn at_direction(
         let [found, spread] = [values.moments.mean(), values.moments.variance().sqrt()];
         let worst =
             format!("mean weight {found}, varying by {spread:.1e}; each should be {albedo}");
-        Outcome::identity(
-            at("furnace"),
-            n,
-            (found - albedo).abs() + spread,
-            rounding.tolerance() + conditioning.min(MAX_ROUNDING_ERROR),
-            worst,
-        )
+        let error = (found - albedo).abs() + spread;
+        let tolerance = rounding.tolerance() + conditioning.min(MAX_ROUNDING_ERROR);
+        Outcome::identity(at("furnace"), n, error, tolerance, worst)
     } else {
         mean(&at("furnace"), &values, albedo, claim)
     };

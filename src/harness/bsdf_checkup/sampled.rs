@@ -62,10 +62,8 @@ impl RoundingEffect {
                 } else {
                     f_cos
                 };
-                (
-                    s.wi,
-                    (rounding.tolerance() + pdf.max(f_cos)).min(MAX_ROUNDING_ERROR),
-                )
+                let bound = rounding.tolerance() + pdf.max(f_cos);
+                (s.wi, bound.min(MAX_ROUNDING_ERROR))
             })
             .collect();
         let mean = mean_of(probes.iter().map(|(_, bound)| *bound));
@@ -157,11 +155,11 @@ pub fn at_direction(
     let mut probes = context.rng(&format!("rounding at {degrees}"));
     let effect = RoundingEffect::new(subject, wo, rounding, || uniform3(&mut probes));
     let fine_grid = fine_grid(subject, wo, &effect);
-    let albedo = subject
-        .domain()
-        .integrate_all(effect.integral_tolerance(), &|wi| subject.f_cos(wo, wi));
+    let tolerance = effect.integral_tolerance();
+    let f_cos = |wi| subject.f_cos(wo, wi);
+    let albedo = subject.domain().integrate_all(tolerance, &f_cos).value;
     let n = context.n(size.samples);
-    let mut weights = Weights::new(albedo.value, &fine_grid);
+    let mut weights = Weights::new(albedo, &fine_grid);
     let mut rng = context.rng(&format!("samples at {degrees}"));
     let draw = || {
         let sample = subject.sample(wo, uniform3(&mut rng).map(|u| rounding.round_down(u)));
@@ -196,18 +194,16 @@ pub fn at_direction(
             wo,
             &at("furnace"),
             &values,
-            Albedo {
-                value: albedo.value,
-                effect: &effect,
-            },
+            albedo,
+            &effect,
             size.delta,
         ),
         Outcome::identity(
             at("energy bound"),
             1,
-            (albedo.value - subject.energy_bound).max(0.0),
-            effect.integral_tolerance(),
-            format!("directional albedo {:.6}", albedo.value),
+            (albedo - subject.energy_bound).max(0.0),
+            tolerance,
+            format!("directional albedo {albedo:.6}"),
         ),
     ];
     if let Some(known) = &subject.albedo {
@@ -215,12 +211,9 @@ pub fn at_direction(
         outcomes.push(Outcome::identity(
             at("directional albedo"),
             1,
-            (albedo.value - known).abs(),
-            MASS_TOLERANCE + effect.integral_tolerance(),
-            format!(
-                "{:.9} by quadrature, {known:.9} in closed form",
-                albedo.value
-            ),
+            (albedo - known).abs(),
+            MASS_TOLERANCE + tolerance,
+            format!("{albedo:.9} by quadrature, {known:.9} in closed form"),
         ));
     }
     outcomes
@@ -247,10 +240,9 @@ fn coarsened(fine_grid: &Partition, cells: usize, effect: &RoundingEffect) -> Pa
     if effect.rounding.is_coarse() {
         let mut probes = vec![Vec::new(); partition.masses.len()];
         for (wi, bound) in &effect.probes {
-            partition
-                .cell(*wi)
-                .into_iter()
-                .for_each(|cell| probes[cell].push(*bound));
+            if let Some(cell) = partition.cell(*wi) {
+                probes[cell].push(*bound);
+            }
         }
         let relative = (partition.masses.iter().zip(probes))
             .filter(|(mass, _)| **mass > 0.0)
@@ -277,15 +269,12 @@ fn chi_square_of_samples(
     let p = (coarse.p / (1.0 - FINE_LEVEL_FRACTION)).min(1.0);
     // Where there are too many samples for the quadrature's accuracy, the few cells judge alone.
     let finer = fine.p / FINE_LEVEL_FRACTION;
-    if fine.valid_from <= fine.n && finer < p {
-        Outcome {
-            p: finer,
-            worst: fine.worst,
-            ..coarse
-        }
+    let (p, worst) = if fine.valid_from <= fine.n && finer < p {
+        (finer, fine.worst)
     } else {
-        Outcome { p, ..coarse }
-    }
+        (p, coarse.worst)
+    };
+    Outcome { p, worst, ..coarse }
 }
 
 /// Returns whether more samples lie on the horizon without a pdf than the pdf has near it.
@@ -303,58 +292,36 @@ fn exceeds_rounding(
         [1.0 - near, 1.0]
     };
     let mass = || {
-        let integral = subject
-            .domain()
-            .integrate([rows, [0.0, 1.0]], MASS_TOLERANCE, &|wi| {
-                subject.pdf(wo, wi)
-            });
+        let (part, pdf) = ([rows, [0.0, 1.0]], |wi| subject.pdf(wo, wi));
+        let integral = subject.domain().integrate(part, MASS_TOLERANCE, &pdf);
         integral.value + integral.error + MASS_TOLERANCE
     };
     horizon > 0 && binomial_sf(horizon, counts.n, mass()) < HORIZON_LEVEL
 }
 
 fn pdf_integral(subject: &BsdfSubject, wo: DVec3, name: &str, effect: &RoundingEffect) -> Outcome {
-    let integral = subject
-        .domain()
-        .integrate_all(0.25 * effect.integral_tolerance(), &|wi| {
-            subject.pdf(wo, wi)
-        });
-    let error = subject.loss.error(integral.value, wo);
+    let (tolerance, pdf) = (0.25 * effect.integral_tolerance(), |wi| subject.pdf(wo, wi));
+    let integral = subject.domain().integrate_all(tolerance, &pdf);
+    let error = nan_or(integral.value, subject.loss.error(integral.value, wo));
     let worst = format!(
         "the pdf integrates to {:.9} (quadrature error {:.1e})",
         integral.value, integral.error
     );
-    Outcome::identity(
-        name,
-        1,
-        nan_or(integral.value, error),
-        effect.integral_tolerance(),
-        worst,
-    )
+    Outcome::identity(name, 1, error, effect.integral_tolerance(), worst)
 }
 
-/// Directional albedo by quadrature.
-#[derive(Clone, Copy)]
-struct Albedo<'a> {
-    value: f64,
-    effect: &'a RoundingEffect,
-}
-
-/// Checks that the mean weight is the albedo, as far as that is known. Constant weights are right
-/// if quadrature, too, finds f cos/pdf the same for all directions; then each of them must be the
-/// albedo.
+/// Checks that the mean weight is the directional albedo by quadrature, as far as that is known.
+/// Constant weights are right if quadrature, too, finds f cos/pdf the same for all directions; then
+/// each of them must be the albedo.
 fn furnace_test(
     subject: &BsdfSubject,
     wo: DVec3,
     name: &str,
     values: &Values,
-    albedo: Albedo<'_>,
+    albedo: f64,
+    effect: &RoundingEffect,
     delta: f64,
 ) -> Outcome {
-    let Albedo {
-        value: albedo,
-        effect,
-    } = albedo;
     let deviation = |wi| {
         // f cos/pdf − albedo, weighted by the pdf; where the pdf is zero, f must be zero.
         (subject.f_cos(wo, wi) - albedo * subject.pdf(wo, wi)).abs()
@@ -374,13 +341,8 @@ fn furnace_test(
             // All weights are equal up to rounding, and their mean is known to less than that.
             let worst =
                 format!("mean weight {estimate}, varying by {spread:.1e}; each should be {albedo}");
-            return Outcome::identity(
-                name,
-                values.moments.count(),
-                (estimate - albedo).abs(),
-                tolerance,
-                worst,
-            );
+            let (n, error) = (values.moments.count(), (estimate - albedo).abs());
+            return Outcome::identity(name, n, error, tolerance, worst);
         }
         return all_equal(name, values.moments, albedo, MASS_TOLERANCE);
     }

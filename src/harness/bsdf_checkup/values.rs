@@ -19,16 +19,10 @@ pub(super) fn check_finite(
     let last = rounding.round_down(ONE_MINUS_EPSILON);
     let ok = |x: f64| x.is_finite() && x >= 0.0;
     for _ in 0..size.pairs {
-        let [wo, wi] = [
-            fuzzed_direction(rng, subject.transmits),
-            fuzzed_direction(rng, subject.transmits),
-        ];
+        let [wo, wi] = [(); 2].map(|()| fuzzed_direction(rng, subject.transmits));
         let u = [(); 3].map(|()| rounding.round_down(fuzzed_number(rng)));
-        let (f, pdf, sample) = (
-            subject.eval(wo, wi),
-            subject.pdf(wo, wi),
-            subject.sample(wo, u),
-        );
+        let [f, pdf] = [subject.eval(wo, wi), subject.pdf(wo, wi)];
+        let sample = subject.sample(wo, u);
         let sample_ok = sample.is_none_or(|s| {
             // In single precision a pdf may round to 0 at corners.
             let corner = wo.z.abs().min(s.wi.z.abs()) <= rounding.horizon()
@@ -94,14 +88,7 @@ pub(super) fn check_weights(
             )
         });
     }
-    let outcome = Outcome::identity(
-        "weight = f cos/pdf",
-        compared,
-        largest.error,
-        rounding.tolerance(),
-        largest.place,
-    );
-    rounding.outcome(outcome, skipped)
+    rounding.outcome("weight = f cos/pdf", compared, skipped, largest)
 }
 
 pub(super) fn check_reciprocity(
@@ -127,12 +114,5 @@ pub(super) fn check_reciprocity(
         });
     }
     let compared = size.pairs - skipped;
-    let outcome = Outcome::identity(
-        "reciprocity",
-        compared,
-        largest.error,
-        rounding.tolerance(),
-        largest.place,
-    );
-    rounding.outcome(outcome, skipped)
+    rounding.outcome("reciprocity", compared, skipped, largest)
 }

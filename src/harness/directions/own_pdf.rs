@@ -224,11 +224,8 @@ impl OwnPdfs {
     /// pdf in a region and the integrals may be off, relative.
     pub fn outcomes(&self, margin: f64) -> Vec<Outcome> {
         let claim = Claim::Equivalent { margin };
-        let none = [DVec3::ZERO; REGIONS];
-        let centres = self
-            .regions
-            .as_ref()
-            .map_or(none, |regions| regions.centres);
+        let regions = self.regions.as_ref();
+        let centres = regions.map_or([DVec3::ZERO; REGIONS], |regions| regions.centres);
         let densities = self.densities.iter().zip(centres).zip(1..);
         let densities = densities.map(|((values, centre), k)| {
             let mut outcome = mean(&format!("pdf in region {k}"), values, 1.0, claim);
@@ -290,49 +287,30 @@ impl OwnPdfs {
     }
 
     fn integral_outcomes(&self, margin: f64) -> Vec<Outcome> {
-        let Some(Integrals {
-            domain,
-            values,
-            is_coarse,
-        }) = &self.integrals
-        else {
+        let Some(integrals) = &self.integrals else {
             return Vec::new();
         };
-        let hemispheres = if *domain == Domain::Sphere { 2.0 } else { 1.0 };
+        let is_sphere = integrals.domain == Domain::Sphere;
+        let hemispheres = if is_sphere { 2.0 } else { 1.0 };
         let outcome = |values: &Values, Integrand { name, upper, .. }: Integrand| {
             let reference = upper * hemispheres;
             let moments = values.moments;
             let spread = moments.variance().sqrt() / reference;
-            if *is_coarse {
+            if integrals.is_coarse {
                 let outcome = Outcome::identity(name, moments.count(), 0.0, margin, "");
                 outcome.undecided("some pdfs are rounded by more than 1 %", u64::MAX)
             } else if moments.count() > 1 && spread <= self.constant_tolerance() {
-                let error = (moments.mean() / reference - 1.0).abs();
-                let found = format!(
-                    "every value is {:e}, which should be {reference:e}",
-                    moments.mean()
-                );
-                Outcome::identity(
-                    name,
-                    moments.count(),
-                    error,
-                    self.constant_tolerance(),
-                    found,
-                )
+                let (value, tolerance) = (moments.mean(), self.constant_tolerance());
+                let error = (value / reference - 1.0).abs();
+                let found = format!("every value is {value:e}, which should be {reference:e}");
+                Outcome::identity(name, moments.count(), error, tolerance, found)
             } else {
-                mean(
-                    name,
-                    values,
-                    reference,
-                    Claim::Equal {
-                        delta: margin * reference,
-                    },
-                )
+                let delta = margin * reference;
+                mean(name, values, reference, Claim::Equal { delta })
             }
         };
+        let values = integrals.values.iter().zip(INTEGRANDS);
         values
-            .iter()
-            .zip(INTEGRANDS)
             .map(|(values, integrand)| outcome(values, integrand))
             .collect()
     }

@@ -54,16 +54,12 @@ impl Context {
     /// [`Error::Option`] if one of them is not a number, or the scale is not among [`SCALES`].
     pub fn from_environment() -> Result<Self, Error> {
         let seeds = "a whole number from 0 to 18446744073709551615, such as 2019";
-        let scales = format!(
-            "a number from {} to {}, such as 16",
-            SCALES.start(),
-            SCALES.end()
-        );
+        let (low, high) = (SCALES.start(), SCALES.end());
+        let scales = format!("a number from {low} to {high}, such as 16");
+        let is_scale = |scale: &f64| SCALES.contains(scale);
         Self::new(
             read("WHITEFURNACE_SEED", DEFAULT_SEED, seeds, |_: &u64| true)?,
-            read("WHITEFURNACE_SCALE", 1.0, &scales, |scale| {
-                SCALES.contains(scale)
-            })?,
+            read("WHITEFURNACE_SCALE", 1.0, &scales, is_scale)?,
         )
     }
 
@@ -127,10 +123,6 @@ fn read<T: FromStr>(
 /// # Errors
 /// [`Error::Option`] if the value is not a shard.
 pub fn shard_from_environment() -> Result<Shard, Error> {
-    read(
-        "WHITEFURNACE_SHARD",
-        Shard::WHOLE,
-        SHARD_FORMAT,
-        |_: &Shard| true,
-    )
+    let any = |_: &Shard| true;
+    read("WHITEFURNACE_SHARD", Shard::WHOLE, SHARD_FORMAT, any)
 }
