@@ -89,17 +89,10 @@ impl Camera {
     /// `up` not along the line of sight, and a half height from the reciprocal of [`LARGEST`] to
     /// [`MAX_HALF_HEIGHT`].
     pub(crate) fn is_valid(&self) -> bool {
-        let Self {
-            eye,
-            forward,
-            right,
-            up,
-            half_height,
-        } = *self;
-        [eye, forward, right, up]
+        [self.eye, self.forward, self.right, self.up]
             .iter()
             .all(|v| v.abs().max_element() <= LARGEST && v.is_finite())
-            && (LARGEST.recip()..=MAX_HALF_HEIGHT).contains(&half_height)
+            && (LARGEST.recip()..=MAX_HALF_HEIGHT).contains(&self.half_height)
     }
 
     /// Returns the ray through the point (x, y) of an image of `size` pixels, y downwards; (0, 0)

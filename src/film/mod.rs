@@ -235,12 +235,11 @@ impl Film {
 
     /// Returns whether image size, window and samples per replication are the same.
     pub fn is_compatible(&self, other: &Self) -> bool {
+        self.kind() == other.kind()
+    }
+
+    fn kind(&self) -> ([u32; 2], Window, u32) {
         (self.resolution, self.window, self.samples_per_replication)
-            == (
-                other.resolution,
-                other.window,
-                other.samples_per_replication,
-            )
     }
 
     /// Adds another film's replications: exact, in any order.
@@ -255,11 +254,10 @@ impl Film {
             ));
         }
         if !self.is_compatible(other) {
-            let kind = |film: &Self| (film.resolution, film.window, film.samples_per_replication);
             return Err(Error::Option(format!(
                 "films of different frames, windows or replications cannot be merged: {:?} and {:?}",
-                kind(self),
-                kind(other)
+                self.kind(),
+                other.kind()
             )));
         }
         for (pixel, added) in self.pixels.iter_mut().zip(&other.pixels) {

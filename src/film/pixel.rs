@@ -53,17 +53,12 @@ pub(crate) fn is_valid_depth(depth: f64) -> bool {
 pub fn check_radiance(radiance: DVec3) -> Result<(), Error> {
     // False for NaN, too.
     let is_valid = |value: &f64| *value > -0.5 * FIXED_POINT_UNIT && *value <= MAX_RADIANCE;
-    match radiance
-        .to_array()
-        .into_iter()
-        .find(|value| !is_valid(value))
-    {
-        None => Ok(()),
-        Some(value) => Err(Error::Radiance {
-            value,
-            place: String::new(),
-        }),
-    }
+    let mut channels = radiance.to_array().into_iter();
+    let invalid = channels.find(|value| !is_valid(value));
+    invalid.map_or(Ok(()), |value| {
+        let place = String::new();
+        Err(Error::Radiance { value, place })
+    })
 }
 
 /// Names of a pixel's sums in files, and the number of 32-bit words of each, lowest first. For the

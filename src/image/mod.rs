@@ -15,7 +15,7 @@ use glam::DVec4;
 
 use crate::camera::Camera;
 use crate::error::Error;
-use crate::film::{Features, Film, Pixel};
+use crate::film::{Film, Pixel};
 
 /// Conversion of linear radiance to 8-bit values.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -141,17 +141,17 @@ pub(crate) const CHANNELS: [&str; 14] = [
 
 /// Returns a pixel's values in the order of [`CHANNELS`].
 pub(crate) fn values(pixel: &Pixel) -> [f32; CHANNELS.len()] {
-    let Features {
-        albedo,
-        normal,
-        depth,
-    } = pixel.features();
-    let samples = f64::from(pixel.samples());
-    let vectors = [pixel.mean(), pixel.standard_error(), albedo, normal];
+    let seen = pixel.features();
+    let vectors = [
+        pixel.mean(),
+        pixel.standard_error(),
+        seen.albedo,
+        seen.normal,
+    ];
     let mut values = vectors
         .into_iter()
         .flat_map(|vector| vector.to_array())
-        .chain([depth, samples]);
+        .chain([seen.depth, f64::from(pixel.samples())]);
     CHANNELS.map(|_| values.next().unwrap_or_default() as f32)
 }
 
@@ -175,7 +175,7 @@ fn matrices(film: &Film, camera: &Camera) -> [[f32; 16]; 2] {
     ]
 }
 
-/// Explanation of the channels of [`Features`].
+/// Explanation of the channels of [`Pixel::features`].
 const COMMENTS: &str = "albedo.*, normal.* and depth.Z are means over the camera rays of a pixel that meet something, of \
                         what they meet first; 0 where none does. albedo.*: its colour, in [0, 1]. normal.*: its unit \
                         normal in world space, on the side of the camera. depth.Z: the distance from the eye along the \

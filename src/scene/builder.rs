@@ -57,32 +57,19 @@ impl SceneBuilder {
 
     /// Returns the builder of a scene.
     pub(super) fn from_scene(scene: Scene) -> Self {
-        let Scene {
-            name,
-            surfaces,
-            vertices,
-            mut primitives,
-            redundant_faces,
-            surface_names,
-            emitters,
-            background,
-            ..
-        } = scene;
-        redundant_faces
-            .into_iter()
-            .for_each(|(index, primitive)| primitives.insert(index, primitive));
-        let objects = primitives
-            .last()
-            .map_or(0, |primitive| primitive.object + 1);
+        let mut primitives = scene.primitives;
+        for (index, primitive) in scene.redundant_faces {
+            primitives.insert(index, primitive);
+        }
         Self {
-            name,
-            surfaces,
-            vertices,
+            name: scene.name,
+            surfaces: scene.surfaces,
+            vertices: scene.vertices,
+            objects: primitives.last().map_or(0, |last| last.object + 1),
             primitives,
-            emitters,
-            background,
-            surface_names,
-            objects,
+            emitters: scene.emitters,
+            background: scene.background,
+            surface_names: scene.surface_names,
         }
     }
 
@@ -162,14 +149,9 @@ impl SceneBuilder {
     }
 
     fn triangle(&mut self, vertices: [u32; 3], surface: SurfaceId, emitter: Option<u32>) {
-        self.add_primitive(
-            surface,
-            emitter,
-            PrimitiveShape::Triangle {
-                vertices,
-                normal: DVec3::ZERO,
-            },
-        );
+        let normal = DVec3::ZERO;
+        let shape = PrimitiveShape::Triangle { vertices, normal };
+        self.add_primitive(surface, emitter, shape);
     }
 
     fn add_primitive(&mut self, surface: SurfaceId, emitter: Option<u32>, shape: PrimitiveShape) {
@@ -262,18 +244,14 @@ impl SceneBuilder {
         }
         let offset = extent * OFFSET;
         let mut bvh = Bvh::new(&geometry);
-        let (primitives, surfaces, vertices) =
-            (&self.primitives[..], &self.surfaces[..], &self.vertices[..]);
-        let (eye, tolerance, close_fraction) =
-            (camera.eye, extent * COINCIDENCE_TOLERANCE, CLOSE_FRACTION);
         let shapes = Shapes {
-            primitives,
-            surfaces,
-            vertices,
+            primitives: &self.primitives,
+            surfaces: &self.surfaces,
+            vertices: &self.vertices,
             bvh: &bvh,
-            eye,
-            tolerance,
-            close_fraction,
+            eye: camera.eye,
+            tolerance: extent * COINCIDENCE_TOLERANCE,
+            close_fraction: CLOSE_FRACTION,
         };
         let redundant_faces = shapes.redundant_faces().map_err(|overlap| {
             let message = shapes.describe(&overlap, &self.surface_names).to_string();
@@ -288,17 +266,8 @@ impl SceneBuilder {
             redundant_faces
                 .iter()
                 .for_each(|(index, _)| stays[*index] = false);
-            let kept = |index: usize| stays[index];
-            self.primitives = (0..)
-                .zip(self.primitives)
-                .filter(|(index, _)| kept(*index))
-                .map(|(_, primitive)| primitive)
-                .collect();
-            geometry = (0..)
-                .zip(geometry)
-                .filter(|(index, _)| kept(*index))
-                .map(|(_, shape)| shape)
-                .collect();
+            retain(&mut self.primitives, &stays);
+            retain(&mut geometry, &stays);
             bvh = Bvh::new(&geometry);
         }
         Ok(Scene {
@@ -370,6 +339,12 @@ impl SceneBuilder {
         }
         Ok(())
     }
+}
+
+/// Keeps the items of a list that stay.
+fn retain<T>(list: &mut Vec<T>, stays: &[bool]) {
+    let mut stays = stays.iter();
+    list.retain(|_| stays.next() == Some(&true));
 }
 
 /// Returns the unit normal of the front; `None` below [`SMALLEST_AREA`], and for vertices that are

@@ -96,27 +96,17 @@ impl Scene {
     /// most [`SINGLE_COINCIDENCE_TOLERANCE`] times the largest coordinate apart over a sixteenth of
     /// the way across their overlap or more.
     pub fn coincident_in_singles(&self) -> Option<&Coincidence> {
-        let find = || {
-            self.coincident_over(
-                SINGLE_COINCIDENCE_TOLERANCE * self.largest_coordinate(),
-                SINGLE_CLOSE_FRACTION,
-            )
-        };
+        let tolerance = SINGLE_COINCIDENCE_TOLERANCE * self.largest_coordinate();
+        let find = || self.coincident_over(tolerance, SINGLE_CLOSE_FRACTION);
         self.single_coincidence.get_or_init(find).as_ref()
     }
 
     fn coincident_over(&self, tolerance: f64, close_fraction: f64) -> Option<Coincidence> {
-        let (primitives, surfaces, vertices, bvh) = (
-            &self.primitives[..],
-            &self.surfaces[..],
-            &self.vertices[..],
-            &self.bvh,
-        );
         let shapes = Shapes {
-            primitives,
-            surfaces,
-            vertices,
-            bvh,
+            primitives: &self.primitives,
+            surfaces: &self.surfaces,
+            vertices: &self.vertices,
+            bvh: &self.bvh,
             eye: self.camera.eye,
             tolerance,
             close_fraction,
@@ -172,16 +162,11 @@ impl Shapes<'_> {
             areas[&face]
                 >= (1.0 - 8.0 * SLIVER_FRACTION) * self.triangle(face).map_or(0.0, |t| t.area)
         };
-        faces
-            .into_iter()
-            .map(|(face, overlap)| {
-                if is_whole(face) {
-                    Ok((face, overlap))
-                } else {
-                    Err(overlap)
-                }
-            })
-            .collect()
+        let checked = |(face, overlap)| match is_whole(face) {
+            true => Ok((face, overlap)),
+            false => Err(overlap),
+        };
+        faces.into_iter().map(checked).collect()
     }
 
     /// Returns an overlap as reported to the user.
@@ -192,12 +177,11 @@ impl Shapes<'_> {
             } = self.primitives[i as usize];
             format!("object {} ({})", object + 1, names[surface as usize])
         };
-        let (primitives, at, tolerance) = (overlap.pair, overlap.at, self.tolerance);
         Coincidence {
-            primitives,
-            objects: primitives.map(object),
-            at,
-            tolerance,
+            primitives: overlap.pair,
+            objects: overlap.pair.map(object),
+            at: overlap.at,
+            tolerance: self.tolerance,
         }
     }
 
@@ -251,11 +235,8 @@ impl Shapes<'_> {
         let (low, high, most) = match self.primitives[i as usize].shape {
             PrimitiveShape::Triangle { vertices, .. } => {
                 let [a, b, c] = vertices.map(|v| self.vertices[v as usize]);
-                (
-                    a.min(b).min(c) - self.tolerance,
-                    a.max(b).max(c) + self.tolerance,
-                    most,
-                )
+                let (low, high) = (a.min(b).min(c), a.max(b).max(c));
+                (low - self.tolerance, high + self.tolerance, most)
             }
             PrimitiveShape::Sphere(sphere) => {
                 // Spheres that coincide have nearly the same pole.

@@ -11,7 +11,7 @@ use crate::geometry::specular_connection::{
 };
 use crate::light::light_sampler;
 use crate::material::{Bsdf, fresnel};
-use crate::math::real::{Real, Vector};
+use crate::math::real::{MaskOf, Real, Vector};
 
 /// Maximum number of casters in a scene, all of which are weighted at each vertex; of more, the
 /// largest are kept.
@@ -45,11 +45,7 @@ impl<V: Vector> Caster<V> {
     /// Returns the throughput of the caster along a connection with this cosine outside, and the
     /// probability that a path samples that branch.
     #[inline]
-    pub fn caster_throughput(
-        &self,
-        cosine: V::Real,
-        is_refraction: <V::Real as Real>::Mask,
-    ) -> (V, V::Real) {
+    pub fn caster_throughput(&self, cosine: V::Real, is_refraction: MaskOf<V>) -> (V, V::Real) {
         let one = V::Real::splat(1.0);
         let is_glass = self.index.cmpgt(V::Real::splat(0.0));
         let index = V::Real::select(is_glass, self.index, one);
@@ -88,37 +84,22 @@ impl SpecularCaster {
         x: DVec3,
         y: DVec3,
     ) -> impl Iterator<Item = (usize, SpecularConnection<DVec3>)> {
-        let (flat, curved) = if self.kind == CasterKind::Flat {
-            let connection = mirror_connection(&self.parameters, x, y, true);
-            (
-                Some(SpecularConnection {
-                    exists: connection.exists && self.contains(connection.first.point),
-                    ..connection
-                }),
-                None,
-            )
-        } else {
-            (
-                None,
-                Some(SphereConnections::new(
-                    &self.parameters,
-                    x,
-                    y,
-                    true,
-                    self.kind == CasterKind::Refraction,
-                )),
-            )
-        };
-        let curved = curved.into_iter().flat_map(SphereConnections::connections);
-        flat.into_iter()
-            .filter(|connection| connection.exists)
-            .map(|connection| (0, connection))
-            .chain(curved)
+        let (is_flat, refracts) = (
+            self.kind == CasterKind::Flat,
+            self.kind == CasterKind::Refraction,
+        );
+        let flat = is_flat
+            .then(|| mirror_connection(&self.parameters, x, y, true))
+            .filter(|found| found.exists && self.contains(found.first.point));
+        let curved = (!is_flat)
+            .then(|| SphereConnections::new(&self.parameters, x, y, true, refracts).connections());
+        let flat = flat.map(|connection| (0, connection));
+        flat.into_iter().chain(curved.into_iter().flatten())
     }
 
     /// Returns whether a point in the plane of a flat mirror lies on the mirror.
     #[inline]
-    pub fn contains<V: Vector>(&self, point: V) -> <V::Real as Real>::Mask {
+    pub fn contains<V: Vector>(&self, point: V) -> MaskOf<V> {
         let zero = V::Real::splat(0.0);
         let mut on = zero.cmpgt(zero);
         for edges in &self.triangles {
@@ -156,10 +137,8 @@ impl SpecularCasters {
         for (i, primitive) in primitives.iter().enumerate() {
             match (primitive.shape, surfaces[primitive.surface as usize].bsdf) {
                 (PrimitiveShape::Sphere(sphere), bsdf) if sphere.is_whole() && !sphere.inward => {
-                    found.extend(
-                        sphere_casters(sphere.centre, sphere.radius, bsdf)
-                            .map(|caster| (caster, vec![i])),
-                    );
+                    let casters = sphere_casters(sphere.centre, sphere.radius, bsdf);
+                    found.extend(casters.into_iter().map(|caster| (caster, vec![i])));
                 }
                 (PrimitiveShape::Triangle { vertices, normal }, Bsdf::Mirror { reflectance }) => {
                     add_mirror_triangle(&mut found, i, corners(vertices), normal, reflectance);
@@ -171,12 +150,10 @@ impl SpecularCasters {
             primitives.len() <= MAX_MIRROR_TRIANGLES && caster.parameters.selection_weight > 0.0
         });
         // Of equally large casters the first in the scene are kept.
-        let seen = |(
-            SpecularCaster {
+        let seen = |candidate: &Candidate| {
+            let SpecularCaster {
                 kind, parameters, ..
-            },
-            _,
-        ): &Candidate| {
+            } = &candidate.0;
             let area = if *kind == CasterKind::Flat {
                 parameters.area
             } else {
@@ -232,10 +209,8 @@ impl SpecularCasters {
 
     #[inline]
     fn selection_weight<V: Vector>(&self, i: usize, from: V) -> V::Real {
-        let SpecularCaster {
-            kind, parameters, ..
-        } = &self.all[i];
-        Caster::splat(parameters).selection_weight_from(*kind, from)
+        let caster = &self.all[i];
+        Caster::splat(&caster.parameters).selection_weight_from(caster.kind, from)
     }
 
     /// Returns the selection probability of the caster with this index.
@@ -245,7 +220,9 @@ impl SpecularCasters {
     }
 }
 
-fn sphere_casters(centre: DVec3, radius: f64, bsdf: Bsdf) -> impl Iterator<Item = SpecularCaster> {
+/// Returns the casters of a sphere: one that reflects and, of glass, another one that refracts.
+fn sphere_casters(centre: DVec3, radius: f64, bsdf: Bsdf) -> Vec<SpecularCaster> {
+    use CasterKind::{Reflection, Refraction};
     let caster = |kind, inverse_ior, index, reflectance, selection_weight| SpecularCaster {
         kind,
         parameters: Caster {
@@ -260,37 +237,19 @@ fn sphere_casters(centre: DVec3, radius: f64, bsdf: Bsdf) -> impl Iterator<Item 
         },
         triangles: Vec::new(),
     };
-    let [reflection, refraction] = match bsdf {
-        Bsdf::Mirror { reflectance } => [
-            Some(caster(
-                CasterKind::Reflection,
-                0.0,
-                0.0,
-                reflectance,
-                reflectance.max_element(),
-            )),
-            None,
-        ],
+    let white = DVec3::ONE;
+    match bsdf {
+        Bsdf::Mirror { reflectance } => {
+            let weight = reflectance.max_element();
+            vec![caster(Reflection, 0.0, 0.0, reflectance, weight)]
+        }
         // The connections through a bubble, whose index is below 1, are different.
-        Bsdf::Glass { index } if index > 1.0 => [
-            Some(caster(
-                CasterKind::Reflection,
-                0.0,
-                index,
-                DVec3::ONE,
-                GLASS_REFLECTANCE,
-            )),
-            Some(caster(
-                CasterKind::Refraction,
-                index.recip(),
-                index,
-                DVec3::ONE,
-                1.0,
-            )),
+        Bsdf::Glass { index } if index > 1.0 => vec![
+            caster(Reflection, 0.0, index, white, GLASS_REFLECTANCE),
+            caster(Refraction, index.recip(), index, white, 1.0),
         ],
-        _ => [None, None],
-    };
-    reflection.into_iter().chain(refraction)
+        _ => Vec::new(),
+    }
 }
 
 /// Adds a triangle of a mirror to the flat mirror in its plane, or as a new flat mirror.

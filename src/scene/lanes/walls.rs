@@ -91,30 +91,17 @@ impl<T: Scalar> HullWalls<T> {
     pub fn new(scene: &Scene, hull: &Hull) -> Option<(Self, Vec<bool>)> {
         let (mut walls, mut is_resolved) =
             (Vec::new(), vec![false; scene.scene_primitives().len()]);
+        let mut triangles = Vec::new();
+        for (id, primitive) in scene.scene_primitives().iter().enumerate() {
+            if let PrimitiveShape::Triangle { vertices, .. } = primitive.shape {
+                let corners = scene.corners(vertices);
+                triangles.push(Triangle { id, corners });
+            }
+        }
         for slab in &hull.slabs {
             for side in [0, 1] {
-                let corners =
-                    scene
-                        .scene_primitives()
-                        .iter()
-                        .map(|primitive| match primitive.shape {
-                            PrimitiveShape::Triangle { vertices, .. } => {
-                                Some(scene.corners(vertices))
-                            }
-                            PrimitiveShape::Sphere(_) => None,
-                        });
-                let triangles = corners.enumerate().filter_map(|(id, corners)| {
-                    Some(Triangle {
-                        id,
-                        corners: corners?,
-                    })
-                });
-                let resolved = separate(
-                    triangles
-                        .filter(|triangle| slab.contains_on_plane(side, &triangle.corners))
-                        .collect(),
-                    slab,
-                );
+                let on_side = |of: &&Triangle| slab.contains_on_plane(side, &of.corners);
+                let resolved = separate(triangles.iter().filter(on_side).copied().collect(), slab);
                 resolved
                     .iter()
                     .for_each(|of| is_resolved[of.triangle.id] = true);
@@ -125,15 +112,8 @@ impl<T: Scalar> HullWalls<T> {
             .iter()
             .filter(|is_resolved| **is_resolved)
             .count();
-        (count >= MIN_TRIANGLES).then(|| {
-            (
-                Self {
-                    walls,
-                    extent: scene.largest_coordinate(),
-                },
-                is_resolved,
-            )
-        })
+        let extent = scene.largest_coordinate();
+        (count >= MIN_TRIANGLES).then_some((Self { walls, extent }, is_resolved))
     }
 
     /// Finds where the `active` rays leave the hull; `primitives` are the data of the scene's
@@ -233,9 +213,10 @@ impl<T: Scalar> Wall<T> {
 /// Selects at most [`MAX_TRIANGLES`] triangles of a plane that lines can separate, largest first,
 /// and returns them with these lines.
 fn separate(mut triangles: Vec<Triangle>, slab: &Slab) -> Vec<Separated> {
-    let area = |&Triangle {
-                    corners: [a, b, c], ..
-                }: &Triangle| (b - a).cross(c - a).length();
+    let area = |triangle: &Triangle| {
+        let [a, b, c] = triangle.corners;
+        (b - a).cross(c - a).length()
+    };
     triangles.sort_by(|a, b| area(b).total_cmp(&area(a)));
     let mut resolved: Vec<Separated> = Vec::new();
     for triangle in triangles {
