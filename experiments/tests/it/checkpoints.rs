@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use experiments::render::Job;
 
 use crate::signals::{ENDLESS, Running, endless};
-use crate::{folder, refused, render, renders, run, text};
+use crate::{folder, refused, refuses, render, renders, run, text};
 
 fn bytes(folder: &Path, name: &str) -> [Vec<u8>; 2] {
     ["exr", "png"].map(|kind| std::fs::read(folder.join(format!("{name}.{kind}"))).expect("there"))
@@ -23,14 +23,9 @@ fn count(folder: &Path) -> usize {
     std::fs::read_dir(folder).expect("the folder").count()
 }
 
-fn words(options: &str) -> Vec<&str> {
-    options.split_whitespace().collect()
-}
-
 /// Kills the program with a signal that it cannot catch, after each file that it saves.
 #[test]
 fn what_was_killed_goes_on_to_the_same_bytes() {
-    let program = env!("CARGO_BIN_EXE_render");
     let folder = folder("killed");
     for options in [
         "--scene cornell --size 40x30 --silhouettes no",
@@ -54,7 +49,7 @@ fn what_was_killed_goes_on_to_the_same_bytes() {
         loop {
             let resumed = format!("{options} --spp {spp} --out a.exr --resume --threads {threads}");
             let start = Instant::now();
-            let mut render = Running::start(program, &words(&resumed), &folder);
+            let mut render = Running::render(&resumed, &folder);
             let before = std::fs::read(&saved).ok();
             while !render.has_ended() && (kills == 3 || std::fs::read(&saved).ok() == before) {
                 std::thread::sleep(Duration::from_millis(5));
@@ -123,12 +118,9 @@ fn what_cannot_go_on_is_refused_and_stays() {
             "{options} changed the file"
         );
     }
-    for (bytes, hint) in [
-        (&good[..good.len() / 2], "truncated"),
-        (&b"no image"[..], "truncated"),
-    ] {
+    for bytes in [&good[..good.len() / 2], b"no image"] {
         std::fs::write(&saved, bytes).expect("written");
-        refused(&resume(&other("", "")), hint);
+        refused(&resume(&other("", "")), "truncated");
         assert!(std::fs::read(&saved).expect("there") == bytes);
     }
     renders(&folder, "--size 8x6 --spp 4 --out b.exr");
@@ -180,36 +172,24 @@ fn shards_are_the_whole() {
             "{options}"
         );
         if case == 0 {
-            refused(
-                &merge(&folder, "--out x.exr p1.exr p3.exr"),
-                "no part has the replications 2..4 of 7",
-            );
-            refused(
-                &merge(&folder, "--out x.exr p2.exr p1.exr"),
-                "no part has the replications 4..7 of 7",
-            );
-            refused(
-                &merge(&folder, "--out x.exr p3.exr p1.exr p3.exr"),
-                "p3.exr and p3.exr have the same",
-            );
-            refused(
-                &merge(&folder, "--out x.exr p1.exr whole.exr"),
-                "whole.exr: no film with sums",
-            );
-            refused(&merge(&folder, "--out x.png p1.exr"), ".exr");
-            refused(&merge(&folder, "--out x.exr p1.exr p9.exr"), "p9.exr");
             renders(
                 &folder,
                 &format!("{all} {options} --seed 2 --shard 2/3 --out q2.exr"),
             );
-            refused(
-                &merge(&folder, "--out x.exr p1.exr q2.exr p3.exr"),
-                "q2.exr is of another image than p1.exr: seed=2",
-            );
+            for case in [
+                "--out x.exr p1.exr p3.exr => no part has the replications 2..4 of 7",
+                "--out x.exr p2.exr p1.exr => no part has the replications 4..7 of 7",
+                "--out x.exr p3.exr p1.exr p3.exr => p3.exr and p3.exr have the same",
+                "--out x.exr p1.exr whole.exr => whole.exr: no film with sums",
+                "--out x.png p1.exr => .exr",
+                "--out x.exr p1.exr p9.exr => p9.exr",
+                "--out x.exr p1.exr q2.exr p3.exr => q2.exr is of another image than p1.exr: seed=2",
+            ] {
+                refuses(case, |options| merge(&folder, options));
+            }
         }
     }
-    let shard = format!("{ENDLESS} 1 --shard 1/2");
-    let mut render = Running::start(env!("CARGO_BIN_EXE_render"), &words(&shard), &folder);
+    let mut render = Running::render(&format!("{ENDLESS} 1 --shard 1/2"), &folder);
     render.wait_for("% of");
     render.signal("-TERM");
     assert_eq!(render.end(), Some(143));

@@ -6,7 +6,7 @@ use std::process::Output;
 
 use whitefurnace::image::read::decode;
 
-use crate::{folder, renders, run, text};
+use crate::{case, folder, renders, run, text};
 
 pub fn compare(folder: &Path, options: &str) -> Output {
     run(env!("CARGO_BIN_EXE_compare"), folder, options)
@@ -25,6 +25,12 @@ pub fn assert_output(folder: &Path, options: &str, code: i32, hint: &str) {
         code != 3 || lines.starts_with("error: ") && lines.lines().count() == 1,
         "{lines}"
     );
+}
+
+/// Asserts the output of a [`case`].
+pub fn assert_case(folder: &Path, text: &str) {
+    let (code, options, hint) = case(text);
+    assert_output(folder, options, code, hint);
 }
 
 /// Renders images `SIDE` pixels wide, with the seeds from `first` on.
@@ -72,12 +78,23 @@ fn right_renderers_agree_and_faults_are_named() {
     let sobol = "--scene cornell --spp 64 --adaptive no";
     images(&folder, "a", 1, sobol);
     images(&folder, "b", 11, &format!("{sobol} --estimator light"));
-    assert_output(
-        &folder,
-        "--a a-*.exr --b b-*.exr --out agree",
-        0,
-        "AGREE: nothing that could be judged differs",
-    );
+    // Gamma applied twice, and a shift by half a pixel.
+    changed(&folder, "a", "gamma", 1, |plane, i| {
+        plane[i].powf(1.0 / 2.2)
+    });
+    changed(&folder, "a", "shift", 1, |plane, i| {
+        0.5 * (plane[i] + plane[if i % SIDE == 0 { i } else { i - 1 }])
+    });
+    for case in [
+        "0 --a a-*.exr --b b-*.exr --out agree => AGREE: nothing that could be judged differs",
+        "1 --a gamma-*.pfm --b b-*.exr --out gamma => DIFFER: the image mean in ",
+        "1 --a shift-*.pfm --b b-*.exr --tile 4 --out shift => DIFFER: the ",
+        // Few samples, and one image on either side, with its standard errors.
+        "2 --a a-1.exr --b b-11.exr --out one => UNDECIDED: ",
+        "2 --a a-1.exr a-2.exr --b b-*.exr --out two => give three or more",
+    ] {
+        assert_case(&folder, case);
+    }
     let read = |file: &str| std::fs::read_to_string(folder.join(file)).expect("there");
     let numbers: serde_json::Value =
         serde_json::from_str(&read("agree/compare.json")).expect("JSON");
@@ -92,38 +109,6 @@ fn right_renderers_agree_and_faults_are_named() {
         let read = format!("<p>{side}: 8 images; channels R, G, B as RGB; not read: ");
         assert!(page.contains(&read), "{read}");
     }
-    // Gamma applied twice, and a shift by half a pixel.
-    changed(&folder, "a", "gamma", 1, |plane, i| {
-        plane[i].powf(1.0 / 2.2)
-    });
-    assert_output(
-        &folder,
-        "--a gamma-*.pfm --b b-*.exr --out gamma",
-        1,
-        "DIFFER: the image mean in ",
-    );
-    changed(&folder, "a", "shift", 1, |plane, i| {
-        0.5 * (plane[i] + plane[if i % SIDE == 0 { i } else { i - 1 }])
-    });
-    assert_output(
-        &folder,
-        "--a shift-*.pfm --b b-*.exr --tile 4 --out shift",
-        1,
-        "DIFFER: the ",
-    );
-    // Few samples, and one image on either side, with its standard errors.
-    assert_output(
-        &folder,
-        "--a a-1.exr --b b-11.exr --out one",
-        2,
-        "UNDECIDED: ",
-    );
-    assert_output(
-        &folder,
-        "--a a-1.exr a-2.exr --b b-*.exr --out two",
-        2,
-        "give three or more",
-    );
 }
 
 #[test]
@@ -137,18 +122,12 @@ fn an_albedo_one_percent_off_is_named() {
     changed(&folder, "b", "dark", 11, |plane, i| {
         plane[i] * (1.0 - 0.75) / (1.0 - 0.7425)
     });
-    assert_output(
-        &folder,
-        "--a a-*.exr --b b-*.exr --margin 2 --out agree",
-        0,
-        "AGREE",
-    );
-    assert_output(
-        &folder,
-        "--a dark-*.pfm --b a-*.exr --out differ",
-        1,
-        "DIFFER: the image mean in ",
-    );
+    for case in [
+        "0 --a a-*.exr --b b-*.exr --margin 2 --out agree => AGREE",
+        "1 --a dark-*.pfm --b a-*.exr --out differ => DIFFER: the image mean in ",
+    ] {
+        assert_case(&folder, case);
+    }
     let numbers = std::fs::read(folder.join("differ/compare.json")).expect("there");
     let numbers: serde_json::Value = serde_json::from_slice(&numbers).expect("JSON");
     for mean in numbers["kinds"][0]["found"].as_array().expect("channels") {
@@ -179,68 +158,29 @@ fn bad_input_gets_one_line_and_exit_code_three() {
         std::fs::write(folder.join(format!("{name}.pfm")), bytes).expect("written");
     }
     std::fs::write(folder.join("text.exr"), "no image").expect("written");
-    for (options, hint) in [
-        ("--a a.exr", "--b"),
-        ("--a a.exr --b b.exr --reference b.exr", "--reference"),
-        ("--a a.exr --b none-*.exr", "--b none-*.exr: no such file"),
-        ("--a a.exr --reference none.exr", "cannot read none.exr"),
-        (
-            "--a a.exr --b wide.exr",
-            "a.exr and wide.exr differ in size or place: 8 × 6 at (0, 0), 9 × 6 at (0, 0); --common",
-        ),
-        (
-            "--a a.exr --b c.exr",
-            "a.exr and c.exr have the same bytes, one is a copy",
-        ),
-        (
-            "--a a.exr c.exr --b b.exr",
-            "a.exr and c.exr have the same bytes, one is a copy",
-        ),
-        (
-            "--a a.exr --reference c.exr",
-            "a.exr and c.exr have the same bytes, one is a copy",
-        ),
-        ("--a a.exr --b ./a.exr", "./a.exr is given twice"),
-        ("--a a.exr b.exr --b one.pfm two.pfm", "differ in size"),
-        (
-            "--a grey.pfm grey2.pfm --b a.exr b.exr",
-            "are different images: grey as one grey channel; R, G, B as RGB",
-        ),
-        (
-            "--a one.pfm --b two.pfm",
-            "--a has one image, one.pfm, without standard errors",
-        ),
-        (
-            "--a one.pfm nan.pfm --b two.pfm",
-            "cannot read nan.pfm: pixel (0, 0), grey, is NaN",
-        ),
-        (
-            "--a a.exr --b text.exr",
-            "cannot read text.exr: neither EXR nor PFM",
-        ),
-        (
-            "--a a.exr --b b.exr --layer none",
-            "choose by --layer among: R,G,B, albedo, normal, samples, stderr",
-        ),
-        (
-            "--a a.exr --b b.exr --b-layer depth",
-            "cannot read b.exr: no layer \"depth\"",
-        ),
-        (
-            "--a a.exr --b one.pfm --layer albedo",
-            "cannot read one.pfm: a PFM or Radiance picture has no layers: leave out --layer",
-        ),
-        (
-            "--a a.exr --b b.exr --region 0,0,9,6",
-            "--region [0, 0, 9, 6] reaches beyond",
-        ),
-        ("--a a.exr --b b.exr --region 3,0,3,6", "X0 < X1"),
-        (
-            "--a a.exr --b b.exr --level 1",
-            "from 0.000000000001 to 0.5",
-        ),
-        ("--a a.exr --b b.exr --out a.exr", "a.exr"),
+    for case in [
+        "3 --a a.exr => --b",
+        "3 --a a.exr --b b.exr --reference b.exr => --reference",
+        "3 --a a.exr --b none-*.exr => --b none-*.exr: no such file",
+        "3 --a a.exr --reference none.exr => cannot read none.exr",
+        "3 --a a.exr --b wide.exr => a.exr and wide.exr differ in size or place: 8 × 6 at (0, 0), 9 × 6 at (0, 0); --common",
+        "3 --a a.exr --b c.exr => a.exr and c.exr have the same bytes, one is a copy",
+        "3 --a a.exr c.exr --b b.exr => a.exr and c.exr have the same bytes, one is a copy",
+        "3 --a a.exr --reference c.exr => a.exr and c.exr have the same bytes, one is a copy",
+        "3 --a a.exr --b ./a.exr => ./a.exr is given twice",
+        "3 --a a.exr b.exr --b one.pfm two.pfm => differ in size",
+        "3 --a grey.pfm grey2.pfm --b a.exr b.exr => are different images: grey as one grey channel; R, G, B as RGB",
+        "3 --a one.pfm --b two.pfm => --a has one image, one.pfm, without standard errors",
+        "3 --a one.pfm nan.pfm --b two.pfm => cannot read nan.pfm: pixel (0, 0), grey, is NaN",
+        "3 --a a.exr --b text.exr => cannot read text.exr: neither EXR nor PFM",
+        "3 --a a.exr --b b.exr --layer none => choose by --layer among: R,G,B, albedo, normal, samples, stderr",
+        "3 --a a.exr --b b.exr --b-layer depth => cannot read b.exr: no layer \"depth\"",
+        "3 --a a.exr --b one.pfm --layer albedo => cannot read one.pfm: a PFM or Radiance picture has no layers: leave out --layer",
+        "3 --a a.exr --b b.exr --region 0,0,9,6 => --region [0, 0, 9, 6] reaches beyond",
+        "3 --a a.exr --b b.exr --region 3,0,3,6 => X0 < X1",
+        "3 --a a.exr --b b.exr --level 1 => from 0.000000000001 to 0.5",
+        "3 --a a.exr --b b.exr --out a.exr => a.exr",
     ] {
-        assert_output(&folder, options, 3, hint);
+        assert_case(&folder, case);
     }
 }

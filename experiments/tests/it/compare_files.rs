@@ -10,7 +10,7 @@ use exr::prelude::{
 use sha2::{Digest as _, Sha256};
 use whitefurnace::image::read::decode;
 
-use crate::compare::assert_output;
+use crate::compare::{assert_case, assert_output};
 use crate::folder;
 
 /// Writes an EXR of 32-bit floats: position of the first pixel, width, and channels by name.
@@ -98,11 +98,20 @@ fn what_was_read_is_told() {
     for (i, (name, names)) in programs.into_iter().enumerate() {
         windows(&folder, name, 10 * i as u32, frame, names);
     }
-    let agree = |options: &str, line: &str| assert_output(&folder, options, 0, line);
-    agree(
-        "--a vray-*.exr --b plain-*.exr --out vray",
-        "\nchannels of the first: rgb.red, rgb.green, rgb.blue as RGB\nchannels of the second: R, G, B as RGB\n",
-    );
+    for case in [
+        "0 --a vray-*.exr --b plain-*.exr --out vray => \nchannels of the first: rgb.red, rgb.green, rgb.blue as RGB\n\
+         channels of the second: R, G, B as RGB\n",
+        "0 --a blender-*.exr --b plain-*.exr --a-layer ViewLayer.Combined => ViewLayer.Combined.B as RGB",
+        "0 --a blender-*.exr --reference plain-0.exr --b-layer R,G,B --margin 3 => channels of the second: R, G, B as RGB",
+        "0 --a odd-*.exr --b plain-*.exr --a-layer c0,c1,c2 => channels of the first: c0, c1, c2 as three channels",
+        "3 --a odd-*.exr --b plain-*.exr => choose one or three channels, with commas, by --a-layer among: c0, c1, c2",
+        // Y is the same in both; X and Z are not.
+        "0 --a xyz-0.exr xyz-1.exr xyz-2.exr --b swapped-*.exr --layer Y => channels of both: Y as luminance; not read: X, Z",
+        "1 --a xyz-*.exr --b swapped-*.exr => channels of both: X, Y, Z as X, Y, Z\n",
+        "3 --a xyz-*.exr --b plain-*.exr => are different images: X, Y, Z as X, Y, Z; R, G, B as RGB",
+    ] {
+        assert_case(&folder, case);
+    }
     let numbers = json(&folder, "vray");
     assert_eq!(
         numbers["a"][0]["read"],
@@ -116,41 +125,6 @@ fn what_was_read_is_told() {
     for read in ["rgb.red, rgb.green, rgb.blue as RGB", "R, G, B as RGB"] {
         assert!(page.contains(&format!("; channels {read}.</p>")), "{read}");
     }
-    agree(
-        "--a blender-*.exr --b plain-*.exr --a-layer ViewLayer.Combined",
-        "ViewLayer.Combined.B as RGB",
-    );
-    agree(
-        "--a blender-*.exr --reference plain-0.exr --b-layer R,G,B --margin 3",
-        "channels of the second: R, G, B as RGB",
-    );
-    agree(
-        "--a odd-*.exr --b plain-*.exr --a-layer c0,c1,c2",
-        "channels of the first: c0, c1, c2 as three channels",
-    );
-    assert_output(
-        &folder,
-        "--a odd-*.exr --b plain-*.exr",
-        3,
-        "choose one or three channels, with commas, by --a-layer among: c0, c1, c2",
-    );
-    // Y is the same in both; X and Z are not.
-    agree(
-        "--a xyz-0.exr xyz-1.exr xyz-2.exr --b swapped-*.exr --layer Y",
-        "channels of both: Y as luminance; not read: X, Z",
-    );
-    assert_output(
-        &folder,
-        "--a xyz-*.exr --b swapped-*.exr",
-        1,
-        "channels of both: X, Y, Z as X, Y, Z\n",
-    );
-    assert_output(
-        &folder,
-        "--a xyz-*.exr --b plain-*.exr",
-        3,
-        "are different images: X, Y, Z as X, Y, Z; R, G, B as RGB",
-    );
 }
 
 /// On request, the part of the frame that all images share is compared.
@@ -189,12 +163,6 @@ fn the_common_part_is_compared() {
             .collect();
         assert!(common.starts_with(&size.join(" × ")), "{size:?}");
     }
-    assert_output(
-        &folder,
-        "--a away-*.exr --b whole-*.exr --common",
-        3,
-        "no pixel is common to all",
-    );
     // The whole frame, which the file places elsewhere; and a part that does lie there.
     windows(&folder, "laid", 50, [0, 0, 32, 24], RGB);
     for seed in 0..4 {
@@ -216,36 +184,16 @@ fn the_common_part_is_compared() {
             &[("R", &red), ("G", &green), ("B", &blue)],
         );
     }
-    assert_output(
-        &folder,
-        "--a laid-*.exr --b whole-*.exr",
-        3,
-        "; --ignore-place lays their upper left pixels on one another",
-    );
-    assert_output(
-        &folder,
-        "--a laid-*.exr --b whole-*.exr --ignore-place",
-        0,
-        "AGREE",
-    );
-    assert_output(
-        &folder,
-        "--a laid-*.exr --b whole-*.exr --common",
-        1,
-        "DIFFER",
-    );
-    assert_output(
-        &folder,
-        "--a moved-*.exr --b whole-*.exr --ignore-place",
-        1,
-        "DIFFER",
-    );
-    assert_output(
-        &folder,
-        "--a crop-*.exr --b whole-*.exr --ignore-place --common",
-        1,
-        "DIFFER",
-    );
+    for case in [
+        "3 --a away-*.exr --b whole-*.exr --common => no pixel is common to all",
+        "3 --a laid-*.exr --b whole-*.exr => ; --ignore-place lays their upper left pixels on one another",
+        "0 --a laid-*.exr --b whole-*.exr --ignore-place => AGREE",
+        "1 --a laid-*.exr --b whole-*.exr --common => DIFFER",
+        "1 --a moved-*.exr --b whole-*.exr --ignore-place => DIFFER",
+        "1 --a crop-*.exr --b whole-*.exr --ignore-place --common => DIFFER",
+    ] {
+        assert_case(&folder, case);
+    }
 }
 
 /// A change that makes the sides agree is printed with the verdict that they differ.
@@ -348,10 +296,8 @@ fn a_hint_tells_what_makes_them_agree() {
         );
         assert_eq!(json(&folder, name)["hint"].is_string(), hinted, "{name}");
     }
-    assert_output(
+    assert_case(
         &folder,
-        "--a right-*.exr --reference gamma-0.exr",
-        1,
-        "hint: they agree when the second is decoded from gamma 2.2",
+        "1 --a right-*.exr --reference gamma-0.exr => hint: they agree when the second is decoded from gamma 2.2",
     );
 }

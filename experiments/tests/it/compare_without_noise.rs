@@ -1,6 +1,6 @@
 //! Tests of `compare` on images without noise.
 
-use crate::compare::assert_output;
+use crate::compare::{assert_case, assert_output};
 use crate::compare_files::{exr, noisy};
 use crate::{folder, renders};
 
@@ -62,32 +62,16 @@ fn images_without_noise_are_compared_as_they_stand() {
     ] {
         plain(name, value);
     }
-    assert_output(
-        &folder,
-        "--a one.pfm --b other.pfm",
-        0,
-        "\nnote: one.pfm and other.pfm have the same bytes: renders without noise, or one a copy",
-    );
     assert_output(&folder, "--a dark.pfm --b one.pfm other.pfm", 1, differ);
     assert_output(&folder, "--a dark.pfm --reference one.pfm", 1, differ);
-    assert_output(
-        &folder,
-        "--a dark.pfm --reference one.pfm",
-        1,
-        "\nhint: they agree when the first is multiplied by 1.01010\n",
-    );
-    assert_output(
-        &folder,
-        "--a black.pfm night.pfm --b one.pfm other.pfm",
-        1,
-        "DIFFER: the image mean in red is −100.0 % off",
-    );
-    assert_output(
-        &folder,
-        "--a black.pfm --b night.pfm",
-        0,
-        "differs by more than rounding: all are black",
-    );
+    for case in [
+        "0 --a one.pfm --b other.pfm => \nnote: one.pfm and other.pfm have the same bytes: renders without noise, or one a copy",
+        "1 --a dark.pfm --reference one.pfm => \nhint: they agree when the first is multiplied by 1.01010\n",
+        "1 --a black.pfm night.pfm --b one.pfm other.pfm => DIFFER: the image mean in red is −100.0 % off",
+        "0 --a black.pfm --b night.pfm => differs by more than rounding: all are black",
+    ] {
+        assert_case(&folder, case);
+    }
     // One channel without noise next to two with noise.
     let half = |name: &str, seed: u32, red: f32| {
         let plane: Vec<f32> = (0..256).map(|i| noisy(i % 16, i / 16, seed)).collect();
@@ -103,18 +87,12 @@ fn images_without_noise_are_compared_as_they_stand() {
         half(&format!("alike-{seed}.exr"), seed + 10, 1.0);
         half(&format!("off-{seed}.exr"), seed + 20, 0.998);
     }
-    assert_output(
-        &folder,
-        "--a half-*.exr --b alike-*.exr",
-        0,
-        "AGREE: nothing that could be judged differs",
-    );
-    assert_output(
-        &folder,
-        "--a off-*.exr --b alike-*.exr",
-        1,
-        "DIFFER: the image mean in red is −0.200 % off",
-    );
+    for case in [
+        "0 --a half-*.exr --b alike-*.exr => AGREE: nothing that could be judged differs",
+        "1 --a off-*.exr --b alike-*.exr => DIFFER: the image mean in red is −0.200 % off",
+    ] {
+        assert_case(&folder, case);
+    }
     // A seed used twice: with other bytes, on one side or both.
     let plane: Vec<f32> = (0..256).map(|i| noisy(i % 16, i / 16, 1)).collect();
     let channels = [
@@ -124,18 +102,12 @@ fn images_without_noise_are_compared_as_they_stand() {
         ("A", &[1.0; 256]),
     ];
     exr(&folder.join("again.exr"), [0, 0], 16, &channels);
-    assert_output(
-        &folder,
-        "--a half-*.exr again.exr --b alike-*.exr",
-        3,
-        "half-1.exr and again.exr have the same pixels, a seed used twice",
-    );
-    assert_output(
-        &folder,
-        "--a half-*.exr --b alike-*.exr again.exr",
-        3,
-        "half-1.exr and again.exr have the same pixels, a seed used twice",
-    );
+    for case in [
+        "3 --a half-*.exr again.exr --b alike-*.exr => half-1.exr and again.exr have the same pixels, a seed used twice",
+        "3 --a half-*.exr --b alike-*.exr again.exr => half-1.exr and again.exr have the same pixels, a seed used twice",
+    ] {
+        assert_case(&folder, case);
+    }
     // Rare events: all is black except one pixel of one image.
     let rare = |name: &str, at: Option<usize>| {
         let mut plane = [0.0_f32; 256];
@@ -153,10 +125,8 @@ fn images_without_noise_are_compared_as_they_stand() {
     }
     assert_output(&folder, "--a rare-*.exr --b none-*.exr", 2, "UNDECIDED");
     rare("rare-4.exr", Some(77));
-    assert_output(
+    assert_case(
         &folder,
-        "--a rare-*.exr --b none-*.exr",
-        3,
-        "rare-2.exr and rare-4.exr have the same bytes, one is a copy",
+        "3 --a rare-*.exr --b none-*.exr => rare-2.exr and rare-4.exr have the same bytes, one is a copy",
     );
 }

@@ -14,10 +14,11 @@ use whitefurnace::harness::trial::Context;
 use whitefurnace::sampling::rng::{stream, uniform, uniform2};
 use whitefurnace::sampling::warp::cosine_hemisphere;
 
-use crate::{folder, run, text};
+use crate::{case, folder, run, text};
 
-/// Asserts an exit code, and that a line of the output contains the hint.
-fn assert_output(folder: &Path, options: &str, code: i32, hint: &str) {
+/// Asserts the exit code of a [`case`], and that a line of the output contains its hint.
+fn assert_case(folder: &Path, text_of_case: &str) {
+    let (code, options, hint) = case(text_of_case);
     let output = run(env!("CARGO_BIN_EXE_judge"), folder, options);
     let lines = text(&output.stdout) + &text(&output.stderr);
     assert_eq!(output.status.code(), Some(code), "{options}: {lines}");
@@ -60,24 +61,13 @@ fn samples_are_read_from_every_format_and_judged() {
         writeln!(rows, "{},{z},{y},{x}", z / PI).expect("text");
     }
     write("header.csv", &rows);
-    assert_output(
-        &folder,
-        "--samples header.csv --density cosine",
-        0,
-        "reported pdf: holds",
-    );
-    assert_output(
-        &folder,
-        "--samples header.csv --density cosine --columns pdf,x,y,z",
-        1,
-        "DIFFER: ",
-    );
-    assert_output(
-        &folder,
-        "--samples header.csv --density cosine --columns -,z,y,x",
-        0,
-        "AGREE: ",
-    );
+    for case in [
+        "0 --samples header.csv --density cosine => reported pdf: holds",
+        "1 --samples header.csv --density cosine --columns pdf,x,y,z => DIFFER: ",
+        "0 --samples header.csv --density cosine --columns -,z,y,x => AGREE: ",
+    ] {
+        assert_case(&folder, case);
+    }
     let shape = [directions.len() as u64, 3];
     npy(
         &folder.join("c.npy"),
@@ -103,24 +93,18 @@ fn samples_are_read_from_every_format_and_judged() {
         (Some(200_000), Some("agree"))
     );
     assert!(folder.join("out/judge/cells.svg").is_file());
-    assert_output(
-        &folder,
-        "--samples c.npy --density uniform-hemisphere",
-        1,
-        "DIFFER: the histogram of ",
-    );
     // The pdf of the cosine's table is the height of its bands.
     let table: String = (0..100)
         .map(|i| format!("{}\n", 99.5 - f64::from(i)))
         .collect();
     write("table.csv", &table);
-    assert_output(&folder, "--samples c.npy --table table.csv", 0, "AGREE: ");
-    assert_output(
-        &folder,
-        "--samples c.npy --table table.csv --domain sphere",
-        1,
-        "DIFFER: ",
-    );
+    for case in [
+        "1 --samples c.npy --density uniform-hemisphere => DIFFER: the histogram of ",
+        "0 --samples c.npy --table table.csv => AGREE: ",
+        "1 --samples c.npy --table table.csv --domain sphere => DIFFER: ",
+    ] {
+        assert_case(&folder, case);
+    }
     // Weights of 1, half of them lost; and too few samples.
     let lost = |i: usize, w: &DVec3| {
         if i.is_multiple_of(2) {
@@ -135,46 +119,23 @@ fn samples_are_read_from_every_format_and_judged() {
         .map(|(i, w)| lost(i, w) + "\n")
         .collect();
     write("lost.csv", &rows);
-    assert_output(
-        &folder,
-        "--samples lost.csv --density cosine --mean-weight 0.5",
-        1,
-        "100000 samples lost, 0.0 expected",
-    );
-    assert_output(
-        &folder,
-        "--samples lost.csv --density cosine --mean-weight 0.5",
-        1,
-        "mean weight: holds",
-    );
-    assert_output(
-        &folder,
-        "--samples lost.csv --density cosine --mean-weight 1",
-        1,
-        "mean weight: fails",
-    );
-    assert_output(
-        &folder,
-        "--samples lost.csv --density cosine",
-        1,
-        "\ncolumns read: x, y, z, weight\n",
-    );
-    assert_output(
-        &folder,
-        "--samples header.csv --density cosine --columns -,z,y,x",
-        0,
-        "\ncolumns read: -, z, y, x\n",
-    );
+    for case in [
+        "1 --samples lost.csv --density cosine --mean-weight 0.5 => 100000 samples lost, 0.0 expected",
+        "1 --samples lost.csv --density cosine --mean-weight 0.5 => mean weight: holds",
+        "1 --samples lost.csv --density cosine --mean-weight 1 => mean weight: fails",
+        "1 --samples lost.csv --density cosine => \ncolumns read: x, y, z, weight\n",
+        "0 --samples header.csv --density cosine --columns -,z,y,x => \ncolumns read: -, z, y, x\n",
+    ] {
+        assert_case(&folder, case);
+    }
     let few: String = directions[..20]
         .iter()
         .map(|w| format!("{},{},{}\n", w.x, w.y, w.z))
         .collect();
     write("few.csv", &few);
-    assert_output(
+    assert_case(
         &folder,
-        "--samples few.csv --density cosine --margin 20",
-        2,
-        "UNDECIDED: nothing differs",
+        "2 --samples few.csv --density cosine --margin 20 => UNDECIDED: nothing differs",
     );
 }
 
@@ -253,30 +214,25 @@ fn what_is_no_sample_is_refused_in_one_line() {
         ),
     ] {
         std::fs::write(folder.join(name), bytes).expect("written");
-        assert_output(
+        assert_case(
             &folder,
-            &format!("--samples {name} --density cosine"),
-            3,
-            hint,
+            &format!("3 --samples {name} --density cosine => {hint}"),
         );
     }
     std::fs::write(folder.join("one.csv"), "0,0,1\n").expect("written");
-    for (options, hint) in [
-        ("--density cosin", "there are uniform-sphere"),
-        ("--density ggx:0.3", "wrong number of parameters"),
-        ("--density ggx:3,60", "ALPHA must be from 0.01 to 1"),
-        (
-            "--density cosine --mean-weight 1",
-            "needs samples with a column weight",
-        ),
-        ("--density cosine --columns x,y", "no column z"),
-        ("--table empty.csv", "no number above 0"),
-        ("--table nan.csv", "line 1: a pdf must be finite"),
-        ("--table none.csv", "cannot read none.csv"),
-        ("--density cosine --out one.csv/out", "cannot create"),
+    for case in [
+        "--density cosin => there are uniform-sphere",
+        "--density ggx:0.3 => wrong number of parameters",
+        "--density ggx:3,60 => ALPHA must be from 0.01 to 1",
+        "--density cosine --mean-weight 1 => needs samples with a column weight",
+        "--density cosine --columns x,y => no column z",
+        "--table empty.csv => no number above 0",
+        "--table nan.csv => line 1: a pdf must be finite",
+        "--table none.csv => cannot read none.csv",
+        "--density cosine --out one.csv/out => cannot create",
     ] {
         std::fs::write(folder.join("empty.csv"), "").expect("written");
-        assert_output(&folder, &format!("--samples one.csv {options}"), 3, hint);
+        assert_case(&folder, &format!("3 --samples one.csv {case}"));
     }
 }
 
@@ -439,11 +395,9 @@ fn a_table_is_read_in_every_form() {
     }
     npy(&path, npyz::Order::C, [3, 64], (0..192).map(f64::from));
     read_table(&path, TableDomain::Sphere).expect("a wide table");
-    assert_output(
+    assert_case(
         &folder,
-        "--samples table --density cosine",
-        3,
-        "64 columns, where 3 to 5 are expected: name them by --columns; if each column is a sample, transpose them",
+        "3 --samples table --density cosine => 64 columns, where 3 to 5 are expected: name them by --columns; if each column is a sample, transpose them",
     );
     for text in ["0,2,1,0,0,3\n", "2,25,3,125,4,50\n"] {
         std::fs::write(&path, text).expect("written");

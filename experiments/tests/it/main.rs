@@ -97,6 +97,19 @@ fn refused(output: &Output, hint: &str) {
     );
 }
 
+/// Asserts that a program refuses the options of a case, which stand before `=>` and the hint.
+fn refuses(case: &str, run: impl Fn(&str) -> Output) {
+    let (options, hint) = case.split_once(" => ").expect("a hint");
+    refused(&run(options), hint);
+}
+
+/// Splits a case of a table: an exit code, options, and after `=>` a part of the output.
+fn case(text: &str) -> (i32, &str, &str) {
+    let (command, hint) = text.split_once(" => ").expect("a hint");
+    let (code, options) = command.split_once(' ').expect("options");
+    (code.parse().expect("an exit code"), options, hint)
+}
+
 fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }

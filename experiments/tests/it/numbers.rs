@@ -89,14 +89,13 @@ fn welch(sides: &[Vec<Vec<f64>>; 2], pixels: &[usize]) -> [f64; 7] {
     ]
 }
 
-/// Asserts that a number has this value, to this relative error.
-fn assert_close(found: &Value, expected: f64, relative: f64, what: &str) {
-    let found = found
-        .as_f64()
-        .unwrap_or_else(|| panic!("{what} is {found}"));
+/// Asserts that the number at a JSON pointer has this value, to this relative error.
+fn assert_close(of: &Value, pointer: &str, expected: f64, relative: f64) {
+    let found = of.pointer(pointer).and_then(Value::as_f64);
+    let found = found.unwrap_or_else(|| panic!("no number {pointer}: {of}"));
     assert!(
         (found - expected).abs() <= relative * expected.abs(),
-        "{what}: {found}, should be {expected}"
+        "{pointer}: {found}, should be {expected}: {of}"
     );
 }
 
@@ -139,7 +138,7 @@ fn numbers_of_compare_are_those_of_the_textbook() {
     ] {
         let found = &numbers["kinds"][kind];
         let level = 0.002 / 4.0 / f64::from(places);
-        assert_close(&found["level"], level, 1e-12, "level");
+        assert_close(found, "/level", level, 1e-12);
         assert_eq!(
             (&found["places"], &found["varying"]),
             (&json!(places), &json!(places))
@@ -147,21 +146,19 @@ fn numbers_of_compare_are_those_of_the_textbook() {
         for (i, pixels) in pixels.iter().enumerate() {
             let place = &found["found"][i];
             let [a, b, difference, error, dof, sigmas, p] = welch(&sides, pixels);
-            assert_close(&place["means"][0], a, 1e-6, "mean of the first");
-            assert_close(&place["means"][1], b, 1e-6, "mean of the second");
-            assert_close(&place["difference"], difference, 1e-4, "difference");
-            assert_close(&place["standard_error"], error, 1e-4, "standard error");
-            assert_close(&place["dof"], dof, 1e-4, "degrees of freedom");
-            assert_close(&place["sigmas"], sigmas, 1e-3, "sigmas");
-            assert_close(&place["p"], p, 1e-2, "p");
             let reach = student_upper(level / 2.0, dof) * error + ROUNDING * (a / b).max(1.0);
-            for (end, side) in [-1.0, 1.0].into_iter().enumerate() {
-                assert_close(
-                    &place["interval"][end],
-                    difference + side * reach,
-                    1e-6,
-                    "end of the interval",
-                );
+            for (pointer, expected, relative) in [
+                ("/means/0", a, 1e-6),
+                ("/means/1", b, 1e-6),
+                ("/difference", difference, 1e-4),
+                ("/standard_error", error, 1e-4),
+                ("/dof", dof, 1e-4),
+                ("/sigmas", sigmas, 1e-3),
+                ("/p", p, 1e-2),
+                ("/interval/0", difference - reach, 1e-6),
+                ("/interval/1", difference + reach, 1e-6),
+            ] {
+                assert_close(place, pointer, expected, relative);
             }
         }
         let differ = found["found"].as_array().expect("places").iter();
@@ -251,24 +248,14 @@ fn numbers_of_judge_are_those_of_closed_forms() {
     );
     assert_eq!(numbers["precision"]["direction"], "double precision");
     let [mean, squared] = mean_of(&weights);
-    assert_close(&numbers["mean_weight"][0], mean, 1e-12, "mean weight");
-    assert_close(
-        &numbers["mean_weight"][1],
-        squared.sqrt(),
-        1e-9,
-        "its standard error",
-    );
+    assert_close(&numbers, "/mean_weight/0", mean, 1e-12);
+    assert_close(&numbers, "/mean_weight/1", squared.sqrt(), 1e-9);
     let outcomes = numbers["outcomes"].as_array().expect("outcomes");
     let random_ones = outcomes
         .iter()
         .filter(|outcome| outcome["statistic"] != "exact")
         .count();
-    assert_close(
-        &numbers["false_alarm"],
-        ALPHA * random_ones as f64,
-        1e-9,
-        "chance of a false alarm",
-    );
+    assert_close(&numbers, "/false_alarm", ALPHA * random_ones as f64, 1e-9);
     let outcome = |name: &str| {
         outcomes
             .iter()
@@ -328,13 +315,9 @@ fn numbers_of_judge_are_those_of_closed_forms() {
             (low + high - 2.0 * number("estimate")).abs() < 1e-9,
             "{name}: {found}"
         );
-        assert_close(&found["dof"], N as f64 - 1.0, 1e-9, "degrees of freedom");
-        assert_close(
-            &found["value"],
-            (number("estimate") - number("reference")) / error,
-            0.1,
-            name,
-        );
+        assert_close(found, "/dof", N as f64 - 1.0, 1e-9);
+        let sigmas = (number("estimate") - number("reference")) / error;
+        assert_close(found, "/value", sigmas, 0.1);
         assert_eq!(
             found["verdict"],
             if (mean - right).abs() > 0.05 {
@@ -350,48 +333,24 @@ fn numbers_of_judge_are_those_of_closed_forms() {
             "{estimate}: {printed}"
         );
     }
-    assert_close(
-        &outcome("reported pdf")["estimate"],
-        0.02,
-        1e-3,
-        "error of the reported pdf",
-    );
-    assert_close(
-        &outcome("mean weight")["estimate"],
-        mean,
-        1e-9,
-        "estimate of the mean weight",
-    );
-    assert_close(
-        &outcome("mean weight")["reference"],
-        0.7,
-        1e-9,
-        "what the mean weight should be",
-    );
+    assert_close(outcome("reported pdf"), "/estimate", 0.02, 1e-3);
+    assert_close(outcome("mean weight"), "/estimate", mean, 1e-9);
+    assert_close(outcome("mean weight"), "/reference", 0.7, 1e-9);
     // A quarter of the azimuths in half of the rows contain everything: eight times the
     // expectation, or nothing.
     let histogram = outcomes
         .iter()
         .find(|o| o["statistic"] == "chi-square" && o["claim"] == 0.0)
         .expect("many cells");
-    assert_close(
-        &histogram["estimate"],
-        7.0,
-        0.5,
-        "largest deviation of a cell",
-    );
+    // The largest deviation of a cell.
+    assert_close(histogram, "/estimate", 7.0, 0.5);
     let cells: f64 = histogram["name"]
         .as_str()
         .expect("a name")
         .replace(" cells", "")
         .parse()
         .expect("a number");
-    assert_close(
-        &histogram["dof"],
-        cells - 1.0,
-        0.1,
-        "degrees of freedom of many cells",
-    );
+    assert_close(histogram, "/dof", cells - 1.0, 0.1);
     // Σ (o − e)²/e is n (Σ o²/e/n − 1): seven times n.
-    assert_close(&histogram["value"], 7.0 * N as f64, 0.15, "chi-square");
+    assert_close(histogram, "/value", 7.0 * N as f64, 0.15);
 }

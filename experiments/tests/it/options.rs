@@ -98,12 +98,7 @@ const RADIOSITY: Base = Base("--scene cornell --estimator radiosity --patches 60
     c.film = |c| c.radiosity(60);
 });
 const AREA: Base = Base("--light-sampler area", |c| {
-    c.film = |c| {
-        c.rays(Path {
-            lights: LightSampling::Area,
-            ..path(Strategy::Mis)
-        })
-    };
+    c.film = |c| c.paths(|path| path.lights = LightSampling::Area);
 });
 const ADAPTIVE: Base = Base("--adaptive yes", |c| {
     (c.sampler, c.spp, c.adaptive) = (SamplerKind::Sobol(3), 12, true);
@@ -146,6 +141,15 @@ impl Base {
 impl Call {
     fn scene(&self) -> &Scene {
         self.scene.as_ref().expect("a scene")
+    }
+
+    fn sampling(&self) -> Sampling {
+        Sampling {
+            pixel: self.pixel,
+            sampler: self.sampler,
+            seed: self.seed,
+            silhouettes: self.silhouettes,
+        }
     }
 
     /// Photon mapping with these photons and radii: for all light, and for caustics.
@@ -201,13 +205,15 @@ impl Call {
         })
     }
 
+    /// Path tracing with a change of the defaults.
+    fn paths(&self, change: fn(&mut Path)) -> Result<Film, Error> {
+        let mut path = path(Strategy::Mis);
+        change(&mut path);
+        self.rays(path)
+    }
+
     fn rays(&self, estimator: impl Estimator) -> Result<Film, Error> {
-        let sampling = Sampling {
-            pixel: self.pixel,
-            sampler: self.sampler,
-            seed: self.seed,
-            silhouettes: self.silhouettes,
-        };
+        let sampling = self.sampling();
         let mut renderer = RayRenderer {
             estimator,
             sampling,
@@ -231,15 +237,9 @@ impl Call {
     }
 
     fn singles(&self, estimator: LaneEstimator) -> Result<Film, Error> {
-        let sampling = Sampling {
-            pixel: self.pixel,
-            sampler: self.sampler,
-            seed: self.seed,
-            silhouettes: self.silhouettes,
-        };
         self.rendered(&LaneRenderer {
             estimator,
-            sampling,
+            sampling: self.sampling(),
             precision: Precision::Single,
         })
     }

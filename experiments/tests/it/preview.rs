@@ -10,8 +10,6 @@ use whitefurnace::image::read::decode;
 use crate::signals::{ENDLESS, Running};
 use crate::{folder, refused, render, renders, text};
 
-const RENDER: &str = env!("CARGO_BIN_EXE_render");
-
 /// A message of tev's protocol, parsed according to its description.
 struct Message {
     bytes: Vec<u8>,
@@ -142,11 +140,7 @@ fn what_is_seen_goes_on_while_it_is_made() {
         } else {
             words.replace("4000000000", "40000")
         };
-        let mut render = Running::start(
-            RENDER,
-            &words.split_whitespace().collect::<Vec<_>>(),
-            &folder,
-        );
+        let mut render = Running::render(&words, &folder);
         let mut seen: Vec<Vec<f32>> = Vec::new();
         while seen.len() < 3 {
             seen.push(images.recv().expect("an image"));
@@ -189,11 +183,7 @@ fn a_viewer_that_is_not_there_or_goes_away_or_is_stuck() {
 
     let listener = listen();
     let words = format!("{ENDLESS}1 --tev localhost:{}", port(&listener));
-    let mut render = Running::start(
-        RENDER,
-        &words.split_whitespace().collect::<Vec<_>>(),
-        &folder,
-    );
+    let mut render = Running::render(&words, &folder);
     drop(listener.accept().expect("a renderer"));
     render.wait_for("the viewer has closed the connection");
     render.wait_for("% of");

@@ -4,6 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::Output;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use experiments::experiments::EXPERIMENTS;
@@ -14,7 +15,7 @@ use experiments::run::accumulated::{Accumulated, level_of_look};
 use experiments::run::record::run_all;
 use whitefurnace::error::Error;
 
-use crate::{folder, quick, refused, reproduce, text};
+use crate::{folder, quick, refuses, reproduce, text};
 
 /// Part of the toy experiment at which it is interrupted.
 static STOP: AtomicU64 = AtomicU64::new(u64::MAX);
@@ -138,6 +139,13 @@ fn agreement_goes_on() {
     );
 }
 
+/// Counts the experiments that a run kept from an earlier one.
+fn kept(output: &Output) -> usize {
+    text(&output.stdout)
+        .matches("kept from an earlier run")
+        .count()
+}
+
 #[test]
 fn reproduce_goes_on_where_it_stopped() {
     let folder = folder("resume");
@@ -152,20 +160,9 @@ fn reproduce_goes_on_where_it_stopped() {
     assert_eq!(experiments[1]["numbers"]["edges.lost"], 0.0);
     let bytes = fs::read(&results).expect("results");
 
-    let again = reproduce(&folder, options);
-    assert_eq!(
-        text(&again.stdout)
-            .matches("kept from an earlier run")
-            .count(),
-        2
-    );
+    let kept = |options: &str| kept(&reproduce(&folder, options));
+    assert_eq!(kept(options), 2);
     assert_eq!(fs::read(&results).expect("results"), bytes);
-    let kept = |options: &str| {
-        let output = reproduce(&folder, options);
-        text(&output.stdout)
-            .matches("kept from an earlier run")
-            .count()
-    };
     // A missing or damaged file, a new one, other options or --fresh: the result is made again.
     let figure = folder.join("out/fig9/noise.png");
     fs::remove_file(&figure).expect("removed");
@@ -249,13 +246,7 @@ fn shards_of_reproduce_are_the_whole() {
         !parts.join("out/results.json").exists(),
         "a shard does not know the others"
     );
-    let joined = reproduce(&parts, options);
-    assert_eq!(
-        text(&joined.stdout)
-            .matches("kept from an earlier run")
-            .count(),
-        3
-    );
+    assert_eq!(kept(&reproduce(&parts, options)), 3);
     assert!(reproduce(&whole, options).status.success());
     assert!(files(&parts.join("out")) == files(&whole.join("out")));
 
@@ -281,16 +272,13 @@ fn shards_of_reproduce_are_the_whole() {
         (all.len(), shards.iter().flatten().count()),
         (EXPERIMENTS.len(), EXPERIMENTS.len())
     );
-    for (options, hint) in [
-        ("--shard 2/1", "i/n"),
-        ("--shard -1/2", "i/n"),
-        (
-            "--only fig9 --shard 1/2",
-            "--shard 1/2: the experiments are 1 parts",
-        ),
-        ("--shard 1/2 --update-book --tier full", "'--update-book'"),
+    for case in [
+        "--shard 2/1 => i/n",
+        "--shard -1/2 => i/n",
+        "--only fig9 --shard 1/2 => --shard 1/2: the experiments are 1 parts",
+        "--shard 1/2 --update-book --tier full => '--update-book'",
     ] {
-        refused(&reproduce(&whole, options), hint);
+        refuses(case, |options| reproduce(&whole, options));
     }
 }
 

@@ -31,6 +31,12 @@ impl Running {
         }
     }
 
+    /// Starts `render` with these options in a folder.
+    pub fn render(options: &str, folder: &Path) -> Self {
+        let words: Vec<&str> = options.split_whitespace().collect();
+        Self::start(env!("CARGO_BIN_EXE_render"), &words, folder)
+    }
+
     /// Waits for a line that contains the text, without a time limit.
     pub fn wait_for(&mut self, text: &str) -> String {
         loop {
@@ -65,9 +71,7 @@ impl Running {
 pub const ENDLESS: &str = "--size 64x48 --spp 4000000000 --out a.exr --threads ";
 
 pub fn endless(folder: &Path, threads: usize) -> Running {
-    let options = format!("{ENDLESS}{threads}");
-    let words: Vec<&str> = options.split_whitespace().collect();
-    Running::start(env!("CARGO_BIN_EXE_render"), &words, folder)
+    Running::render(&format!("{ENDLESS}{threads}"), folder)
 }
 
 #[test]

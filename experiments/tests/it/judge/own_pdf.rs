@@ -15,46 +15,18 @@ fn a_pdf_is_judged_by_its_own_samples() {
     };
     write("right.npy", 1.0);
     write("doubled.npy", 2.0);
-    let columns = "--own-pdf --columns x,y,z,pdf";
-    for (options, code, hint) in [
-        (format!("--samples right.npy {columns}"), 2, "needs about"),
-        (
-            format!("--samples doubled.npy {columns}"),
-            1,
-            "DIFFER: the pdf in region",
-        ),
-        (
-            format!("--samples right.npy {columns} --covers hemisphere"),
-            2,
-            "integral of z²: holds",
-        ),
-        (
-            format!("--samples right.npy {columns} --covers sphere"),
-            1,
-            "DIFFER: the integral of |z|",
-        ),
-        (
-            "--samples right.npy --own-pdf --columns x,y,z,-".to_owned(),
-            3,
-            "--own-pdf needs a column pdf",
-        ),
+    let own = "--own-pdf --columns x,y,z,pdf";
+    for case in [
+        "2 --samples right.npy OWN => needs about",
+        "1 --samples doubled.npy OWN => DIFFER: the pdf in region",
+        "2 --samples right.npy OWN --covers hemisphere => integral of z²: holds",
+        "1 --samples right.npy OWN --covers sphere => DIFFER: the integral of |z|",
+        "3 --samples right.npy --own-pdf --columns x,y,z,- => --own-pdf needs a column pdf",
         // A requirement alone is not asked for beside what it excludes.
-        (
-            "--samples right.npy --density cosine --covers sphere".to_owned(),
-            3,
-            "cannot be used with '--covers <COVERS>'",
-        ),
-        (
-            "--samples right.npy --density cosine --domain sphere".to_owned(),
-            3,
-            "cannot be used with '--domain <DOMAIN>'",
-        ),
-        (
-            format!("--samples right.npy {columns} --margin 1"),
-            3,
-            "is too small for --own-pdf",
-        ),
+        "3 --samples right.npy --density cosine --covers sphere => cannot be used with '--covers <COVERS>'",
+        "3 --samples right.npy --density cosine --domain sphere => cannot be used with '--domain <DOMAIN>'",
+        "3 --samples right.npy OWN --margin 1 => is too small for --own-pdf",
     ] {
-        assert_output(&folder, &options, code, hint);
+        assert_case(&folder, &case.replace("OWN", own));
     }
 }

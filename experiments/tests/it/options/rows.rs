@@ -89,49 +89,24 @@ pub(super) fn rows() -> Vec<Row> {
         }),
         Row("light-sampler", "area", LIGHTS, AREA.1),
         Row("light-sampler", "solid-angle", LIGHTS, |c| {
-            c.film = |c| {
-                c.rays(Path {
-                    lights: LightSampling::SolidAngle,
-                    ..path(Strategy::Mis)
-                })
-            };
+            c.film = |c| c.paths(|path| path.lights = LightSampling::SolidAngle);
         }),
         Row("light-sampler", "sphere-angle", LIGHTS, |c| {
-            c.film = |c| {
-                c.rays(Path {
-                    lights: LightSampling::SphereAngle,
-                    ..path(Strategy::Mis)
-                })
-            };
+            c.film = |c| c.paths(|path| path.lights = LightSampling::SphereAngle);
         }),
         Row("light-sampler", "importance", LIGHTS, |_| {}),
         Row("scene", KNOT, PLAIN, |c| c.scene = loaded(KNOT)),
         Row("scene", KNOT, AREA, |c| c.scene = loaded(KNOT)),
         Row("heuristic", "balance", PLAIN, |c| {
-            c.film = |c| {
-                c.rays(Path {
-                    heuristic: Heuristic::Balance,
-                    ..path(Strategy::Mis)
-                })
-            };
+            c.film = |c| c.paths(|path| path.heuristic = Heuristic::Balance);
         }),
         Row("heuristic", "power", PLAIN, |_| {}),
         Row("specular-nee", "yes", PLAIN, |_| {}),
         Row("specular-nee", "no", PLAIN, |c| {
-            c.film = |c| {
-                c.rays(Path {
-                    specular_nee: false,
-                    ..path(Strategy::Mis)
-                })
-            };
+            c.film = |c| c.paths(|path| path.specular_nee = false);
         }),
         Row("bounces", "2", PLAIN, |c| {
-            c.film = |c| {
-                c.rays(Path {
-                    bounces: Some(2),
-                    ..path(Strategy::Mis)
-                })
-            };
+            c.film = |c| c.paths(|path| path.bounces = Some(2));
         }),
         Row("diffuse", "lambert", PLAIN, |c| {
             white_sphere(c, Bsdf::Lambert { albedo: GREY });
