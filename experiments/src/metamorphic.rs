@@ -25,6 +25,7 @@ use whitefurnace::suggest::did_you_mean;
 use crate::print_line;
 use crate::run::cli::{begin, run_with_verdict};
 use crate::run::progress::{Bar, interrupted, print_above};
+use crate::run::write_text;
 
 /// Render random scenes under relations that need no reference, such as that a scene and its
 /// camera may be moved together, and reduce each that breaks one to a small scene file.
@@ -288,9 +289,7 @@ fn write_scene(path: &Path, scene: &SceneText, comment: &str) -> Result<(), Erro
                 .map_err(Error::file("write", &image))
         })?;
     }
-    write_atomically(path, |file| {
-        write!(file, "{comment}{}", scene.text()).map_err(Error::file("write", path))
-    })
+    write_text(path, &format!("{comment}{}", scene.text()))
 }
 
 /// Checks a case; a panic is a failure.

@@ -35,12 +35,7 @@ fn main() -> ExitCode {
 }
 
 fn merge(Merge { out, parts }: &Merge) -> Result<Ending, Error> {
-    if out.extension().is_none_or(|extension| extension != "exr") {
-        return Err(Error::Option(format!(
-            "--out {} must end in .exr; the PNG gets the same name",
-            out.display()
-        )));
-    }
+    cli::check_image_name(out)?;
     let png = out.with_extension("png");
     check_writable(out)?;
     check_writable(&png)?;

@@ -10,7 +10,7 @@ use experiments::experiments::{EXPERIMENTS, NOT_BY_DEFAULT};
 use experiments::run::cli::Ending;
 use experiments::run::default_run::{self, RecordComparison};
 use experiments::run::{self, Experiment, ExperimentResult, Tier};
-use experiments::run::{cli, record, summary};
+use experiments::run::{cli, record};
 use whitefurnace::error::Error;
 use whitefurnace::shard::Shard;
 
@@ -95,13 +95,7 @@ fn run(options: &Reproduce) -> Result<Ending, Error> {
         print_line!(
             "\nshard {index}/{count} is done: when all are, the same command without --shard joins them"
         );
-        let (text, none_fails) = summary::verdicts(&results);
-        print_line!("{text}");
-        return Ok(if none_fails {
-            Ending::Done
-        } else {
-            Ending::ClaimFails
-        });
+        return Ok(cli::print_verdicts(&results));
     }
     let ran = record::run_all(&chosen, &options.shared, options.fresh)?;
     if options.update_book && is_default {

@@ -52,18 +52,9 @@ impl ComparisonReport<'_> {
         let second: &[Input] = if self.exact { &[] } else { self.b };
         let sides = [self.a, second];
         let mut lines = Vec::new();
-        let has_noise = |input: &Input| {
-            input
-                .picture
-                .standard_errors
-                .iter()
-                .flatten()
-                .flatten()
-                .any(|error| *error > 0.0)
-        };
         if sides
             .iter()
-            .any(|side| side.len() == 1 && !is_ours(&side[0]) && has_noise(&side[0]))
+            .any(|side| side.len() == 1 && !is_ours(&side[0]) && side[0].has_noise())
         {
             lines.push(
                 "assumed: pixels of a single image are independent, its standard errors complete"

@@ -18,6 +18,14 @@ pub(super) struct Input {
     pub provenance: Option<String>,
 }
 
+impl Input {
+    /// Returns true if a standard error of its pixels is above 0.
+    pub fn has_noise(&self) -> bool {
+        let mut errors = self.picture.standard_errors.iter().flatten().flatten();
+        errors.any(|error| *error > 0.0)
+    }
+}
+
 /// Returns the number of images in words.
 pub(super) fn count(inputs: &[Input]) -> String {
     match inputs {
@@ -276,14 +284,7 @@ fn duplicates<'a>(all: &[&'a Input]) -> Vec<(&'a Input, &'a Input)> {
 /// without a hit.
 fn shares_noise(image: &Input, sides: [&[Input]; 2]) -> bool {
     let planes = &image.picture.values;
-    if image
-        .picture
-        .standard_errors
-        .iter()
-        .flatten()
-        .flatten()
-        .any(|error| *error > 0.0)
-    {
+    if image.has_noise() {
         return true;
     }
     if planes.iter().all(|plane| is_constant(plane)) {

@@ -230,6 +230,15 @@ struct ComparisonReport<'a> {
     note: Option<String>,
 }
 
+/// Returns the verdict on two renderers in one word.
+pub fn word(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Holds => "agree",
+        Verdict::Fails => "differ",
+        Verdict::Undecided { .. } => "undecided",
+    }
+}
+
 /// Formats a fraction as a percentage with a sign.
 fn percent(share: f64) -> String {
     let decimals = if share.abs() >= 0.0995 {
@@ -243,15 +252,6 @@ fn percent(share: f64) -> String {
 }
 
 impl ComparisonReport<'_> {
-    /// Returns the verdict in one word.
-    fn word(&self) -> &'static str {
-        match self.found.verdict {
-            Verdict::Holds => "agree",
-            Verdict::Fails => "differ",
-            Verdict::Undecided { .. } => "undecided",
-        }
-    }
-
     fn channel(&self, channel: usize) -> &str {
         let picture = &self.a[0].picture;
         match picture.kind {
@@ -364,7 +364,8 @@ impl ComparisonReport<'_> {
     fn summary(&self) -> String {
         let [means, others @ ..] = &self.found.kinds;
         let [width, height] = self.a[0].picture.size;
-        let mut lines = vec![format!("{}: {}", self.word().to_uppercase(), self.why())];
+        let word = word(self.found.verdict).to_uppercase();
+        let mut lines = vec![format!("{word}: {}", self.why())];
         lines.extend(self.hint.iter().map(|hint| format!("hint: {hint}")));
         lines.extend(self.readings());
         lines.extend(self.note.iter().map(|note| format!("note: {note}")));

@@ -109,7 +109,7 @@ fn numbers(report: &ComparisonReport) -> Value {
         inputs.iter().map(file).collect()
     };
     json!({
-        "verdict": report.word(),
+        "verdict": super::word(report.found.verdict),
         "why": report.why(),
         "hint": report.hint,
         "note": report.note,

@@ -110,6 +110,15 @@ pub enum TableDomain {
     Sphere,
 }
 
+impl From<TableDomain> for Domain {
+    fn from(domain: TableDomain) -> Self {
+        match domain {
+            TableDomain::Hemisphere => Self::Hemisphere,
+            TableDomain::Sphere => Self::Sphere,
+        }
+    }
+}
+
 /// Largest number of entries of a table.
 const LARGEST_TABLE: usize = 1_000_000;
 
@@ -259,11 +268,7 @@ pub fn read_table(path: &Path, domain: TableDomain) -> Result<Density, Error> {
             path.display()
         )));
     }
-    let domain = match domain {
-        TableDomain::Hemisphere => Domain::Hemisphere,
-        TableDomain::Sphere => Domain::Sphere,
-    };
-    Ok(Density::from_table(domain, &table))
+    Ok(Density::from_table(domain.into(), &table))
 }
 
 /// Writes judge.json and the plot, prints the result, and returns the exit code.

@@ -3,9 +3,8 @@
 use whitefurnace::error::Error;
 use whitefurnace::harness::directions::Precision;
 use whitefurnace::harness::directions::own_pdf::OwnPdfs;
-use whitefurnace::harness::domain::Domain;
 
-use super::{Columns, Judge, Judgement, TableDomain, each_row};
+use super::{Columns, Judge, Judgement, each_row};
 
 /// Least margin, percent. Neighbours show a jump or a heavy tail of a density to some three
 /// percent.
@@ -28,13 +27,9 @@ pub(super) fn judge(
             options.margin
         )));
     }
-    let domain = options.covers.map(|domain| match domain {
-        TableDomain::Hemisphere => Domain::Hemisphere,
-        TableDomain::Sphere => Domain::Sphere,
-    });
-    let mut own = domain.map_or_else(
+    let mut own = options.covers.map_or_else(
         || OwnPdfs::new(precision),
-        |domain| OwnPdfs::covering(precision, domain),
+        |domain| OwnPdfs::covering(precision, domain.into()),
     );
     let columns = each_row(&options.samples, columns, &mut |columns, row| {
         let sample = columns.sample(row.numbers, &precision)?;

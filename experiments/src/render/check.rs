@@ -16,6 +16,7 @@ use super::{
     SceneSource, name,
 };
 use crate::render::photons::Gather;
+use crate::run::cli::check_image_name;
 
 /// An option of a job: the options it requires, and the value that a file records.
 struct Setting {
@@ -444,16 +445,7 @@ impl Render {
         self.job.check()?;
         self.job.check_effect(|id| given(matches, id))?;
         self.replication_range()?;
-        if self
-            .out
-            .extension()
-            .is_none_or(|extension| extension != "exr")
-        {
-            return Err(Error::Option(format!(
-                "--out {} must end in .exr; the PNG gets the same name",
-                self.out.display()
-            )));
-        }
+        check_image_name(&self.out)?;
         let Some(preview) = &self.preview else {
             return Ok(());
         };

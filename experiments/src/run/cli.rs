@@ -2,6 +2,7 @@
 
 use std::hint::black_box;
 use std::ops::RangeInclusive;
+use std::path::Path;
 use std::process::ExitCode;
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
@@ -73,7 +74,8 @@ pub fn begin() {
     progress::show();
 }
 
-/// Prints the overall result, failed claims by name and then the counts, and returns the ending.
+/// Prints the overall result as [`print_verdicts`] does, after the numbers of experiments and
+/// figures, and returns the ending.
 pub fn print_summary(results: &[ExperimentResult], options: &run::Options) -> Ending {
     let figures: usize = results.iter().map(|result| result.figures.len()).sum();
     let file = options.out.join(record::RESULTS);
@@ -82,6 +84,11 @@ pub fn print_summary(results: &[ExperimentResult], options: &run::Options) -> En
         results.len(),
         file.display()
     );
+    print_verdicts(results)
+}
+
+/// Prints failed claims by name and then the counts, and returns the ending.
+pub fn print_verdicts(results: &[ExperimentResult]) -> Ending {
     let (text, none_fails) = summary::verdicts(results);
     print_line!("{text}");
     if none_fails {
@@ -200,6 +207,17 @@ fn unwrap_or_exit_with<T>(parsed: Result<T, clap::Error>, code: u8) -> T {
         // Help and version.
         Err(error) => error.exit(),
     }
+}
+
+/// Refuses the name of an image file that does not end in `.exr`.
+pub fn check_image_name(out: &Path) -> Result<(), Error> {
+    if out.extension().is_some_and(|extension| extension == "exr") {
+        return Ok(());
+    }
+    Err(Error::Option(format!(
+        "--out {} must end in .exr; the PNG gets the same name",
+        out.display()
+    )))
 }
 
 /// Parses `WIDTHxHEIGHT`.

@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::hash::{DefaultHasher, Hash, Hasher};
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 use std::time::Instant;
@@ -12,7 +11,7 @@ use records::readme::with_numbers;
 use serde::Serialize;
 use sha2::{Digest as _, Sha256};
 use whitefurnace::error::Error;
-use whitefurnace::image::{check_writable, write_atomically};
+use whitefurnace::image::check_writable;
 
 use super::split_png;
 use crate::experiments::EXPERIMENTS;
@@ -324,8 +323,5 @@ pub fn update_readme() -> Result<(), Error> {
     })?;
     let text = with_numbers(&text, &results)
         .map_err(|why| Error::Option(format!("{}: {why}", readme.display())))?;
-    write_atomically(&readme, |file| {
-        file.write_all(text.as_bytes())
-            .map_err(Error::file("write", &readme))
-    })
+    write_text(&readme, &text)
 }

@@ -11,7 +11,7 @@ use super::pictures::{
 };
 use super::{area_name, detectable_biases, histogram, kind_summary};
 use crate::compare::files::{self, Input};
-use crate::compare::{ComparisonReport, percent};
+use crate::compare::{ComparisonReport, percent, word};
 
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
@@ -71,7 +71,7 @@ fn channels_of(inputs: &[Input]) -> String {
 }
 
 fn header(report: &ComparisonReport) -> String {
-    let (word, why) = (report.word(), escaped(&report.why()));
+    let (word, why) = (word(report.found.verdict), escaped(&report.why()));
     let mut html = format!(
         "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width\">\
          <title>{word}: {why}</title><style>{STYLE}</style>\
