@@ -64,13 +64,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
     }
     let description = "Blue: fewer samples than the mean; vermilion: more. They leave the background, and go to what glass and \
                mirrors show.";
-    maps(
-        &run.figure("samples.svg"),
-        description,
-        [1200, 900],
-        2,
-        &shown,
-    )
+    maps(run, "samples.svg", description, [1200, 900], 2, &shown)
 }
 
 /// Returns a map of the numbers of samples of a film's pixels.

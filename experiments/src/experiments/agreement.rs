@@ -16,7 +16,6 @@ use maps::{Maps, note_map};
 
 use crate::experiments::prelude::*;
 use crate::plot::agreement::{agreement_matrix, histograms};
-use crate::plot::map::maps as draw_maps;
 use crate::render::SilhouettesName;
 use crate::render::photons::{Gather, Photons};
 
@@ -162,13 +161,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
     )?;
     let description =
         "Noise without a pattern for methods without bias; blue where light is missing.";
-    draw_maps(
-        &run.figure("tiles.svg"),
-        description,
-        [1080, 700],
-        3,
-        &tile_maps,
-    )
+    maps(run, "tiles.svg", description, [1080, 700], 3, &tile_maps)
 }
 
 /// Opens the file that holds the image means of all runs.

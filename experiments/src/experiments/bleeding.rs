@@ -262,10 +262,5 @@ fn draw(run: &mut Run, profiles: &[Vec<Ratios>], radiosity: &[[f64; 2]]) -> Resu
     );
     let description = "Towards the walls red and blue leave the ratio one that grey walls would give. Points of path \
                tracing lie on the lines of radiosity.";
-    charts(
-        &run.figure("bleeding.svg"),
-        description,
-        [900, 880],
-        &[report, diffuse],
-    )
+    charts(run, "bleeding.svg", description, 880, &[report, diffuse])
 }

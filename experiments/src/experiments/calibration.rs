@@ -241,9 +241,10 @@ fn draw(run: &mut Run, by_name: &BTreeMap<&str, Vec<f64>>, level: f64) -> Result
     let description =
         "Lines between the limits are those of uniform p-values, as true hypotheses give.";
     charts(
-        &run.figure("quantiles.svg"),
+        run,
+        "quantiles.svg",
         description,
-        [900, 900],
+        900,
         &[statistics, trials],
     )
 }

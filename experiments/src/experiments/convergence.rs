@@ -226,12 +226,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
     }
     let description = "Straight lines on logarithmic axes: independent samples fall with slope −1 in each panel, Sobol' \
                points faster where the integrand is smooth.";
-    charts(
-        &run.figure("convergence.svg"),
-        description,
-        [900, 1350],
-        &plots,
-    )
+    charts(run, "convergence.svg", description, 1350, &plots)
 }
 
 /// Draws mean variances with intervals, and the line of the slope through their centre.

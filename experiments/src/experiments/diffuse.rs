@@ -145,12 +145,7 @@ fn figure(run: &mut Run) -> Result<(), Error> {
         series,
     );
     let description = "The corrected Oren–Nayar sphere is flat almost to its rim; as printed it darkens like Lambert's.";
-    charts(
-        &run.figure("profile.svg"),
-        description,
-        [900, 600],
-        &[chart],
-    )
+    charts(run, "profile.svg", description, 600, &[chart])
 }
 
 /// Returns the radiance of every fourth pixel right of the centre, against the distance of its
@@ -240,7 +235,7 @@ fn albedo(run: &mut Run) -> Result<(), Error> {
     let axes = ["inclination (degrees)", "directional albedo"];
     let chart = Chart::new(title, axes, [[0.0, 90.0], [0.75, 1.05]], series);
     let description = "Lambert and EON lie on one. Corrected Oren–Nayar rises towards grazing, the printed form hardly.";
-    charts(&run.figure("albedo.svg"), description, [900, 560], &[chart])?;
+    charts(run, "albedo.svg", description, 560, &[chart])?;
     let arrow = from_spherical(INCIDENT.to_radians(), 0.0);
     let arrow = [[0.0, 0.0], [2.0 * arrow.x, 2.0 * arrow.z]];
     lobes.push(Series::new("direction of the light", 6, Mark::Line, arrow));
@@ -249,7 +244,7 @@ fn albedo(run: &mut Run) -> Result<(), Error> {
     let chart = Chart::new(title, axes, [[-1.2, 2.0], [0.0, 1.45]], lobes);
     let description =
         "Lambert's lobe is a half circle. Corrected Oren–Nayar and EON bulge towards the light.";
-    charts(&run.figure("lobes.svg"), description, [900, 460], &[chart])?;
+    charts(run, "lobes.svg", description, 460, &[chart])?;
     metals(run, samples)
 }
 
@@ -303,7 +298,7 @@ fn metals(run: &mut Run, samples: u64) -> Result<(), Error> {
     let axes = ["inclination (degrees)", "directional albedo"];
     let chart = Chart::new(title, axes, [[0.0, 90.0], [0.3, 1.05]], series);
     let description = "The rougher the metal, the more of the light is lost on a second facet.";
-    charts(&run.figure("metals.svg"), description, [900, 560], &[chart])?;
+    charts(run, "metals.svg", description, 560, &[chart])?;
     rough_glass(run, samples)
 }
 
@@ -357,12 +352,7 @@ fn rough_glass(run: &mut Run, samples: u64) -> Result<(), Error> {
     let axes = ["inclination (degrees)", "share of flux"];
     let chart = Chart::new(title, axes, [[0.0, 90.0], [0.3, 1.05]], series);
     let description = "What is missing to 1 meets a second facet.";
-    charts(
-        &run.figure("frosted.svg"),
-        description,
-        [900, 560],
-        &[chart],
-    )
+    charts(run, "frosted.svg", description, 560, &[chart])
 }
 
 /// Inclination of the incident light of the lobes, degrees.

@@ -213,10 +213,5 @@ fn draw(run: &mut Run, accumulated: &Accumulated) -> Result<(), Error> {
     .log([true, true]);
     let description =
         "Points along the line: least p-values as independent tests of true hypotheses give.";
-    charts(
-        &run.figure("false-alarms.svg"),
-        description,
-        [900, 560],
-        &[chart],
-    )
+    charts(run, "false-alarms.svg", description, 560, &[chart])
 }

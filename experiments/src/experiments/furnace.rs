@@ -117,13 +117,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
     );
     let description =
         "Lambert's and EON's spheres vanish but for noise; both forms of Oren–Nayar are too dark.";
-    maps(
-        &run.figure("furnace.svg"),
-        description,
-        [980, 820],
-        2,
-        &panels,
-    )
+    maps(run, "furnace.svg", description, [980, 820], 2, &panels)
 }
 
 /// Returns the mean deviation from 1 over the sphere's disc, and its standard error. The mean over

@@ -124,7 +124,7 @@ fn by_distance(run: &mut Run) -> Result<(), Error> {
     }
     let description = "Sampling by area: the variance rises without bound as the light comes near. By solid angle it \
                stays small, and multiple importance sampling tames both.";
-    charts(&run.figure("lights.svg"), description, [900, 1260], &panels)
+    charts(run, "lights.svg", description, 1260, &panels)
 }
 
 fn over_floor(shape: &Shape, height: f64) -> Arc<Scene> {
@@ -216,7 +216,7 @@ fn along_a_line(run: &mut Run) -> Result<(), Error> {
     ];
     let chart = Chart::new(title, axes, [[-6.5, 6.5], [0.03, 10.0]], series).log([false, true]);
     let description = "Each as often: two shadow rays of three go to a lamp that is far or faces away. By contribution: few do.";
-    charts(&run.figure("picks.svg"), description, [900, 420], &[chart])
+    charts(run, "picks.svg", description, 420, &[chart])
 }
 
 /// Returns the variance of one sample of the radiance of the floor at (x, 0, 0), divided by the

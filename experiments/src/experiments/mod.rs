@@ -9,6 +9,7 @@ mod caustics;
 mod comparisons;
 mod convergence;
 mod diffuse;
+mod drawing;
 mod embree;
 mod errata;
 mod false_alarms;

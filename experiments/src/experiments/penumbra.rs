@@ -65,10 +65,5 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let chart = Chart::new(title, axes, [[-2.3, 2.1], [0.0, 1.08 * brightest]], series);
     let description =
         "The path tracer's points lie on the closed form from full light to full shadow.";
-    charts(
-        &run.figure("penumbra.svg"),
-        description,
-        [900, 520],
-        &[chart],
-    )
+    charts(run, "penumbra.svg", description, 520, &[chart])
 }

@@ -31,12 +31,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let passes = passes(run)?;
     let description = "Measured biases lie on their closed forms: they fall with the square of the radius, and slowly \
                with the number of passes.";
-    charts(
-        &run.figure("photon-bias.svg"),
-        description,
-        [900, 860],
-        &[radii, passes],
-    )
+    charts(run, "photon-bias.svg", description, 860, &[radii, passes])
 }
 
 /// Returns the allowed distance of the mean of replications from its expectation, at the

@@ -71,7 +71,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let panels: Vec<Chart> = panels.collect();
     let description = "Measured rates of rejection lie on the stated curves, or above them where the stated power is a \
                lower bound.";
-    charts(&run.figure("power.svg"), description, [900, 960], &panels)?;
+    charts(run, "power.svg", description, 960, &panels)?;
     graded::graded(run, 0.5 * FAMILYWISE_LEVEL)?;
     registry(run)
 }
@@ -281,10 +281,5 @@ fn draw_registry(
     let ranges = [[0.0, count + 1.0], [0.01 * limit, 1.5 * largest]];
     let chart = Chart::new(title, axes, ranges, series).log([false, true]);
     let description = "Below the line a measure sees the effect that it must see.";
-    charts(
-        &run.figure("registry.svg"),
-        description,
-        [900, 560],
-        &[chart],
-    )
+    charts(run, "registry.svg", description, 560, &[chart])
 }

@@ -28,8 +28,9 @@ pub(super) use whitefurnace::sampling::warp::{
 };
 pub(super) use whitefurnace::scene::{Scene, SceneBuilder, Surface, room};
 
-pub(super) use crate::plot::chart::{Chart, Mark, Series, charts};
-pub(super) use crate::plot::map::{Map, maps};
+pub(super) use super::drawing::{charts, maps};
+pub(super) use crate::plot::chart::{Chart, Mark, Series};
+pub(super) use crate::plot::map::Map;
 pub(super) use crate::render::{ConventionName, DiffuseName, EstimatorName, Job, SceneName, name};
 pub(super) use crate::run::accumulated::Accumulated;
 pub(super) use crate::run::pictures::{radiance_along, render_paths, render_samples, write_row};

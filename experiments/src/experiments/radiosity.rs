@@ -201,10 +201,5 @@ fn draw(run: &mut Run, levels: &[Level], reference: f64, noise: f64) -> Result<(
     let axes = ["patches", "deviation from the path tracer (%)"];
     let chart = Chart::new(title, axes, [[low, high], [0.03, 20.0]], all).log([true, true]);
     let description = "All three deviations fall about as the side of a patch does, the grey line.";
-    charts(
-        &run.figure("radiosity.svg"),
-        description,
-        [900, 520],
-        &[chart],
-    )
+    charts(run, "radiosity.svg", description, 520, &[chart])
 }

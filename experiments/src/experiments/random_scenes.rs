@@ -198,9 +198,10 @@ fn faulty(run: &mut Run) -> Result<(), Error> {
         ],
     );
     charts(
-        &run.figure("found.svg"),
+        run,
+        "found.svg",
         "Number of seeded faults found against the number of random scenes tried.",
-        [900, 480],
+        480,
         &[chart],
     )
 }

@@ -219,13 +219,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
         );
     }
     let description = "Noise for the right renderer; each fault has a pattern of its own.";
-    maps(
-        &run.figure("tiles.svg"),
-        description,
-        [1080, 700],
-        3,
-        &panels,
-    )
+    maps(run, "tiles.svg", description, [1080, 700], 3, &panels)
 }
 
 /// Returns the result of `compare` on two sets of images.

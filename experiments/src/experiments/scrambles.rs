@@ -193,12 +193,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
         ),
     ];
     let description = "The fewer scrambles, the smaller the variance; with two their intervals are several times as wide.";
-    charts(
-        &run.figure("scrambles.svg"),
-        description,
-        [900, 1200],
-        &charts_shown,
-    )
+    charts(run, "scrambles.svg", description, 1200, &charts_shown)
 }
 
 /// Claims that four sequences per pixel reduce the variance, and that their error bars are as

@@ -301,5 +301,5 @@ fn draw(run: &mut Run, counted: &[ControlCount], scale: f64) -> Result<(), Error
         Chart::new(title, ["share of seeds that reject", "controls"], [[low, high], [0.0, 1.1 * most]], series)
     });
     let description = "Points along the lines: graded controls are rejected as often as stated.";
-    charts(&run.figure("graded.svg"), description, [900, 760], &panels)
+    charts(run, "graded.svg", description, 760, &panels)
 }

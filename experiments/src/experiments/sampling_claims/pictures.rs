@@ -111,9 +111,10 @@ pub fn noise(run: &mut Run, [picture, plot, few, many]: [&str; 4]) -> Result<(),
     )
     .log([true; 2]);
     charts(
-        &run.figure(plot),
+        run,
+        plot,
         "The points lie on a line of slope −1/2.",
-        [900, 460],
+        460,
         &[chart],
     )
 }

@@ -107,7 +107,7 @@ pub fn residuals(run: &mut Run, file: &str) -> Result<(), Error> {
         });
     }
     let description = "Noise without a pattern in the first two panels; in the third all directions lie on a diagonal.";
-    maps(&run.figure(file), description, [900, 1050], 1, &panels)
+    maps(run, file, description, [900, 1050], 1, &panels)
 }
 
 /// Returns the index of a cell, row by row from the horizon, which is at the top, to the pole.

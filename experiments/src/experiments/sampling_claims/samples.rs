@@ -138,7 +138,7 @@ pub fn importance(run: &mut Run, file: &str) -> Result<(), Error> {
     )
     .log([false, true]);
     let description = "For light from above cosine-weighted directions have less variance, for light from the horizon more.";
-    charts(&run.figure(file), description, [900, 500], &[chart])
+    charts(run, file, description, 500, &[chart])
 }
 
 /// Plots (10)-(12) into glass and out of it, with Brewster's and the critical angle.
@@ -226,5 +226,5 @@ pub fn edges(run: &mut Run, file: &str) -> Result<(), Error> {
     );
     let chart = Chart::new(title, axes, ranges, series).log([true; 2]);
     let description = "Jittered samples gain faster with their number than random ones and grids.";
-    charts(&run.figure(file), description, [900, 500], &[chart])
+    charts(run, file, description, 500, &[chart])
 }

@@ -123,7 +123,7 @@ pub fn roulette(run: &mut Run, file: &str) -> Result<(), Error> {
         efficiencies.log([false, true]),
     ];
     let description = "The mean does not depend on the survival probability; the variance has no bound left of the squared albedo.";
-    charts(&run.figure(file), description, [900, 1260], &panels)
+    charts(run, file, description, 1260, &panels)
 }
 
 fn wall(x: f64, [low, high]: [f64; 2]) -> Series {
@@ -187,9 +187,10 @@ pub fn truncation(run: &mut Run, file: &str) -> Result<(), Error> {
     let (axes, ranges) = (["bounces b", "relative bias"], [[0.0, 20.5], [LEAST, 1.0]]);
     let chart = Chart::new(title, axes, ranges, series).log([false, true]);
     charts(
-        &run.figure(file),
+        run,
+        file,
         "Straight lines: each bounce more loses less by the albedo.",
-        [900, 520],
+        520,
         &[chart],
     )
 }

@@ -176,12 +176,7 @@ fn chart(run: &mut Run, rates: &[Vec<[f64; 2]>; 2]) -> Result<(), Error> {
     let description = "Two falling curves on logarithmic axes: sixteen paths in single precision are faster than eight in double \
                precision. Up to 64 triangles all are tested; among more, rays go through the hierarchy, and both curves \
                fall slowly.";
-    charts(
-        &run.figure("triangles.svg"),
-        description,
-        [900, 520],
-        &[chart],
-    )
+    charts(run, "triangles.svg", description, 520, &[chart])
 }
 
 /// Returns a wavy sphere with about `triangles` triangles less those of its room.
