@@ -36,8 +36,7 @@ struct Pair {
 
 /// Adds the ratios of rays per second and of build times to the run's numbers.
 pub(super) fn rays(run: &mut Run) -> Result<(), Error> {
-    let record: Record = serde_json::from_str(include_str!("embree.json"))
-        .map_err(|error| Error::Option(format!("embree.json cannot be read: {error}")))?;
+    let record: Record = recorded("embree.json", include_str!("embree.json"))?;
     run.note("embree", record.tracer);
     for Mesh {
         mesh,

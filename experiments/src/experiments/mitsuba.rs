@@ -46,13 +46,8 @@ fn run(run: &mut Run) -> Result<(), Error> {
     embree::rays(run)
 }
 
-fn read<T: for<'a> Deserialize<'a>>(name: &str, text: &str) -> Result<T, Error> {
-    serde_json::from_str(text)
-        .map_err(|error| Error::Option(format!("{name} cannot be read: {error}")))
-}
-
 fn efficiency(run: &mut Run) -> Result<(), Error> {
-    let record: Efficiencies = read("efficiency.json", include_str!("efficiency.json"))?;
+    let record: Efficiencies = recorded("efficiency.json", include_str!("efficiency.json"))?;
     run.note(
         "beside",
         format!("{}, {} threads", record.renderer, record.threads),

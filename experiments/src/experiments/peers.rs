@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 
 use serde::Deserialize;
+use serde::de::DeserializeOwned;
 
 use crate::experiments::prelude::*;
 use crate::plot::forest::{Line, forest};
@@ -124,7 +125,8 @@ fn run(run: &mut Run) -> Result<(), Error> {
     samplers(run)
 }
 
-fn read<T: for<'a> Deserialize<'a>>(name: &str, text: &str) -> Result<T, Error> {
+/// Parses a record that another program made.
+pub(super) fn recorded<T: DeserializeOwned>(name: &str, text: &str) -> Result<T, Error> {
     serde_json::from_str(text)
         .map_err(|error| Error::Option(format!("{name} cannot be read: {error}")))
 }
@@ -135,7 +137,7 @@ fn counts(verdicts: &[Word]) -> [(&'static str, f64); 3] {
 }
 
 fn images(run: &mut Run) -> Result<(), Error> {
-    let record: Images = read("peers/images.json", include_str!("peers/images.json"))?;
+    let record: Images = recorded("peers/images.json", include_str!("peers/images.json"))?;
     let mut by_peer: BTreeMap<&str, Vec<&Compared>> = BTreeMap::new();
     for compared in &record.images {
         by_peer.entry(&compared.peer).or_default().push(compared);
@@ -203,7 +205,7 @@ fn line(compared: &Compared, name: &str) -> Option<Line> {
 }
 
 fn bsdfs(run: &mut Run) -> Result<(), Error> {
-    let record: Bsdfs = read("peers/bsdfs.json", include_str!("peers/bsdfs.json"))?;
+    let record: Bsdfs = recorded("peers/bsdfs.json", include_str!("peers/bsdfs.json"))?;
     run.number("bsdfs.samples", record.samples);
     for (name, judged) in [("found", &record.found), ("wrong", &record.wrong)] {
         let verdicts: Vec<Word> = judged.iter().map(|judged| judged.verdict).collect();
@@ -248,7 +250,7 @@ fn bsdfs(run: &mut Run) -> Result<(), Error> {
 }
 
 fn samplers(run: &mut Run) -> Result<(), Error> {
-    let record: Samplers = read("peers/samplers.json", include_str!("peers/samplers.json"))?;
+    let record: Samplers = recorded("peers/samplers.json", include_str!("peers/samplers.json"))?;
     for Correlated {
         sampler,
         samples,

@@ -29,6 +29,7 @@ pub(super) use whitefurnace::sampling::warp::{
 pub(super) use whitefurnace::scene::{Scene, SceneBuilder, Surface, room};
 
 pub(super) use super::drawing::{charts, maps};
+pub(super) use super::peers::recorded;
 pub(super) use crate::plot::chart::{Chart, Mark, Series};
 pub(super) use crate::plot::map::Map;
 pub(super) use crate::render::{ConventionName, DiffuseName, EstimatorName, Job, SceneName, name};

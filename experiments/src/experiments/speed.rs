@@ -74,14 +74,14 @@ fn estimators(run: &mut Run) -> Result<(), Error> {
             precision: PrecisionName::Single,
             ..mis
         };
-        image(run, &pools, &name(scene), "mis-single", single)?;
-        sobol(run, &pools, &name(scene), "mis-single", single)?;
         let silhouettes = Job {
             silhouettes: SilhouettesName::Yes,
             ..mis
         };
-        image(run, &pools, &name(scene), "mis-outlines", silhouettes)?;
-        sobol(run, &pools, &name(scene), "mis-outlines", silhouettes)?;
+        for (method, job) in [("mis-single", single), ("mis-outlines", silhouettes)] {
+            image(run, &pools, &name(scene), method, job)?;
+            sobol(run, &pools, &name(scene), method, job)?;
+        }
         if scene == SceneName::Report {
             let straight = Job {
                 specular_nee: SpecularNeeName::No,
@@ -228,17 +228,15 @@ struct Peer {
 }
 
 fn peers(run: &mut Run) -> Result<(), Error> {
-    let peers: Peers = serde_json::from_str(include_str!("speed/peers.json"))
-        .map_err(|error| Error::Option(format!("peers.json cannot be read: {error}")))?;
+    let peers: Peers = recorded("peers.json", include_str!("speed/peers.json"))?;
     run.note("peers", peers.source);
     for peer in peers.peers {
         for (limit, rate) in [("seven", peer.seven), ("unlimited", peer.unlimited)] {
             if let Some(rate) = rate {
-                run.number(&format!("peer.{}.{limit}", peer.name), rate);
-                run.note(
-                    &format!("peer.{}.{limit}", peer.name),
-                    format!("{rate} million samples/s, {}", peer.title),
-                );
+                let key = format!("peer.{}.{limit}", peer.name);
+                run.number(&key, rate);
+                let value = format!("{rate} million samples/s, {}", peer.title);
+                run.note(&key, value);
             }
         }
     }
