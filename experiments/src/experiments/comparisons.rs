@@ -108,24 +108,31 @@ fn half(value: f64) -> f64 {
     (value / unit).round() * unit
 }
 
-const FLOAT: f64 = 1e-5;
+/// Returns a distribution of images that are rounded to 32-bit floats.
+const fn noise(
+    key: &'static str,
+    what: &'static str,
+    draw: fn(&mut Stream, usize) -> Image,
+) -> NoiseModel {
+    NoiseModel {
+        key,
+        what,
+        draw,
+        rounding: 1e-5,
+    }
+}
+
 const NOISE_MODELS: [NoiseModel; 14] = [
-    NoiseModel {
-        key: "normal",
-        what: "normal",
-        draw: |rng, _| each(rng, |rng, _, _| 1.0 + 0.1 * normal(rng)),
-        rounding: FLOAT,
-    },
-    NoiseModel {
-        key: "exponential",
-        what: "exponential",
-        draw: |rng, _| each(rng, |rng, _, _| exponential(rng)),
-        rounding: FLOAT,
-    },
-    NoiseModel {
-        key: "unlike",
-        what: "exponential, and on the second side a tenth of it",
-        draw: |rng, side| {
+    noise("normal", "normal", |rng, _| {
+        each(rng, |rng, _, _| 1.0 + 0.1 * normal(rng))
+    }),
+    noise("exponential", "exponential", |rng, _| {
+        each(rng, |rng, _, _| exponential(rng))
+    }),
+    noise(
+        "unlike",
+        "exponential, and on the second side a tenth of it",
+        |rng, side| {
             each(rng, |rng, _, _| {
                 if side == 0 {
                     exponential(rng)
@@ -134,119 +141,81 @@ const NOISE_MODELS: [NoiseModel; 14] = [
                 }
             })
         },
-        rounding: FLOAT,
-    },
-    NoiseModel {
-        key: "bright",
-        what: "ten pixels of an image ten times as bright",
-        draw: |rng, _| {
+    ),
+    noise(
+        "bright",
+        "ten pixels of an image ten times as bright",
+        |rng, _| {
             each(rng, |rng, _, _| {
                 0.1 * exponential(rng) + 0.9 + 10.0 * (bernoulli(rng, 0.0174) - 0.0174)
             })
         },
-        rounding: FLOAT,
-    },
+    ),
+    noise("rare", "one such pixel in three images", |rng, _| {
+        each(rng, |rng, _, _| {
+            1.0 + 0.1 * normal(rng) + 50.0 * bernoulli(rng, 0.000_58)
+        })
+    }),
+    noise("few", "two values, nearly", |rng, _| {
+        each(rng, |rng, _, _| 0.001 * uniform(rng) + bernoulli(rng, 0.3))
+    }),
+    noise("edges", "calm, but for a column of two values", |rng, _| {
+        each(rng, |rng, x, _| {
+            1.0 + 0.01 * normal(rng)
+                + if x == 5 {
+                    2.0 * bernoulli(rng, 0.3)
+                } else {
+                    0.0
+                }
+        })
+    }),
+    noise("lone", "calm, but for a pixel of two values", |rng, _| {
+        each(rng, |rng, x, y| {
+            1.0 + 0.01 * normal(rng)
+                + if [x, y] == [5, 5] {
+                    20.0 * bernoulli(rng, 0.3)
+                } else {
+                    0.0
+                }
+        })
+    }),
+    noise("graded", "coins of all chances", |rng, _| {
+        each(rng, |rng, x, _| {
+            bernoulli(rng, 10f64.powf(-3.0 * x as f64 / SIDE as f64))
+        })
+    }),
+    noise("heavy", "Pareto 2.5", |rng, _| {
+        each(rng, |rng, _, _| pareto(rng, 2.5))
+    }),
+    noise("heavier", "Pareto 1.5", |rng, _| {
+        each(rng, |rng, _, _| pareto(rng, 1.5))
+    }),
+    noise("correlated", "5 × 5 pixels together", |rng, _| {
+        blurred(rng)
+    }),
+    noise("common", "a factor of each image", |rng, _| {
+        let factor = 1.0 + 0.05 * exponential(rng);
+        each(rng, |rng, _, _| factor * (1.0 + 0.1 * normal(rng)))
+    }),
     NoiseModel {
-        key: "rare",
-        what: "one such pixel in three images",
-        draw: |rng, _| {
-            each(rng, |rng, _, _| {
-                1.0 + 0.1 * normal(rng) + 50.0 * bernoulli(rng, 0.000_58)
-            })
-        },
-        rounding: FLOAT,
-    },
-    NoiseModel {
-        key: "few",
-        what: "two values, nearly",
-        draw: |rng, _| each(rng, |rng, _, _| 0.001 * uniform(rng) + bernoulli(rng, 0.3)),
-        rounding: FLOAT,
-    },
-    NoiseModel {
-        key: "edges",
-        what: "calm, but for a column of two values",
-        draw: |rng, _| {
-            each(rng, |rng, x, _| {
-                1.0 + 0.01 * normal(rng)
-                    + if x == 5 {
-                        2.0 * bernoulli(rng, 0.3)
-                    } else {
-                        0.0
-                    }
-            })
-        },
-        rounding: FLOAT,
-    },
-    NoiseModel {
-        key: "lone",
-        what: "calm, but for a pixel of two values",
-        draw: |rng, _| {
-            each(rng, |rng, x, y| {
-                1.0 + 0.01 * normal(rng)
-                    + if [x, y] == [5, 5] {
-                        20.0 * bernoulli(rng, 0.3)
-                    } else {
-                        0.0
-                    }
-            })
-        },
-        rounding: FLOAT,
-    },
-    NoiseModel {
-        key: "graded",
-        what: "coins of all chances",
-        draw: |rng, _| {
-            each(rng, |rng, x, _| {
-                bernoulli(rng, 10f64.powf(-3.0 * x as f64 / SIDE as f64))
-            })
-        },
-        rounding: FLOAT,
-    },
-    NoiseModel {
-        key: "heavy",
-        what: "Pareto 2.5",
-        draw: |rng, _| each(rng, |rng, _, _| pareto(rng, 2.5)),
-        rounding: FLOAT,
-    },
-    NoiseModel {
-        key: "heavier",
-        what: "Pareto 1.5",
-        draw: |rng, _| each(rng, |rng, _, _| pareto(rng, 1.5)),
-        rounding: FLOAT,
-    },
-    NoiseModel {
-        key: "correlated",
-        what: "5 × 5 pixels together",
-        draw: |rng, _| blurred(rng),
-        rounding: FLOAT,
-    },
-    NoiseModel {
-        key: "common",
-        what: "a factor of each image",
-        draw: |rng, _| {
-            let factor = 1.0 + 0.05 * exponential(rng);
-            each(rng, |rng, _, _| factor * (1.0 + 0.1 * normal(rng)))
-        },
-        rounding: FLOAT,
-    },
-    NoiseModel {
-        key: "half",
-        what: "the second side in 16-bit floats, with less noise than these resolve",
-        draw: |rng, side| {
-            each(rng, |rng, _, _| {
-                let value = 1.000_3 + 0.000_01 * normal(rng);
-                if side == 0 { value } else { half(value) }
-            })
-        },
         rounding: 1.0 / 2048.0,
+        ..noise(
+            "half",
+            "the second side in 16-bit floats, with less noise than these resolve",
+            |rng, side| {
+                each(rng, |rng, _, _| {
+                    let value = 1.000_3 + 0.000_01 * normal(rng);
+                    if side == 0 { value } else { half(value) }
+                })
+            },
+        )
     },
 ];
-const SINGLE: NoiseModel = NoiseModel {
-    key: "single",
-    what: "the first side's samples added in single precision",
-    draw: sums,
-    rounding: FLOAT,
-};
+const SINGLE: NoiseModel = noise(
+    "single",
+    "the first side's samples added in single precision",
+    sums,
+);
 
 /// Compares images drawn from a distribution, the first side's `factor` times as bright.
 fn compare_draws(

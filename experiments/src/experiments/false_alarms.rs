@@ -92,26 +92,10 @@ fn fields(subjects: &[Measure], mutants: &Mutants) -> Vec<String> {
 /// Judges all suites at `level`, the share of this look.
 fn report(run: &mut Run, accumulated: &Accumulated, scale: f64, level: f64) {
     let seeds = accumulated.rows().len() as f64;
-    let [
-        holds,
-        fails,
-        undecided,
-        exact,
-        random,
-        faults,
-        rejected,
-        faults_red,
-    ] = [
-        "holds",
-        "fails",
-        "undecided",
-        "exact",
-        "random",
-        "faults",
-        "rejected",
-        "faults_red",
-    ]
-    .map(|column| accumulated.numbers(column).sum::<f64>());
+    let sum = |column| accumulated.numbers(column).sum::<f64>();
+    let [holds, fails, undecided] = ["holds", "fails", "undecided"].map(sum);
+    let [exact, random] = ["exact", "random"].map(sum);
+    let [faults, rejected, faults_red] = ["faults", "rejected", "faults_red"].map(sum);
     let bound = ALPHA * CAPACITY as f64;
     let names: Vec<&str> = accumulated
         .column("red")

@@ -66,17 +66,27 @@ fn triangle(height: f64) -> [DVec3; 3] {
 
 const HEIGHTS: [f64; 11] = [0.05, 0.1, 0.2, 0.4, 0.7, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0];
 
-/// Compared methods: label, strategy, light sampling.
-const METHODS: [(&str, Strategy, LightSampling); 4] = [
-    ("light area", Strategy::Light, LightSampling::Area),
-    (
-        "light solid angle",
-        Strategy::Light,
-        LightSampling::SolidAngle,
-    ),
-    ("mis area", Strategy::Mis, LightSampling::Area),
-    ("mis solid angle", Strategy::Mis, LightSampling::SolidAngle),
-];
+/// Returns the compared paths with their labels: shadow rays alone, and multiple importance
+/// sampling, each with both ways of sampling lights.
+fn methods(
+    separator: &str,
+    ways: [(&str, LightSampling); 2],
+    heuristic: Heuristic,
+) -> Vec<(String, Path<'static>)> {
+    let strategies = [("light", Strategy::Light), ("mis", Strategy::Mis)];
+    let each = strategies
+        .into_iter()
+        .flat_map(|strategy| ways.map(|way| (strategy, way)));
+    each.map(|((name, strategy), (way, lights))| {
+        let path = Path {
+            lights,
+            heuristic,
+            ..Path::new(strategy)
+        };
+        (format!("{name}{separator}{way}"), path)
+    })
+    .collect()
+}
 
 fn run(run: &mut Run) -> Result<(), Error> {
     by_distance(run)?;
@@ -90,15 +100,15 @@ fn by_distance(run: &mut Run) -> Result<(), Error> {
     for shape in &SHAPES {
         let scenes = HEIGHTS.map(|height| (height, over_floor(shape, height)));
         let mut series = Vec::new();
-        for (colour, (label, strategy, lights)) in METHODS.into_iter().enumerate() {
-            let path = Path {
-                lights,
-                ..Path::new(strategy)
-            };
+        let ways = [
+            ("area", LightSampling::Area),
+            ("solid angle", LightSampling::SolidAngle),
+        ];
+        for (colour, (label, path)) in methods(" ", ways, Heuristic::default()).iter().enumerate() {
             let seed = seed_for(run.seed(), &format!("{} {label}", shape.name));
             let variances = parallel_map(&scenes, |(height, scene)| {
                 let reference = FRAC_1_PI * (shape.irradiance)(*height);
-                relative_variance(scene, 0.0, &path, seed, samples, reference)
+                relative_variance(scene, 0.0, path, seed, samples, reference)
             })?;
             for (height, variance) in HEIGHTS.into_iter().zip(&variances) {
                 run.number(
@@ -155,37 +165,16 @@ fn along_a_line(run: &mut Run) -> Result<(), Error> {
     });
     let places: Vec<f64> = (-12..=12).map(|i| 0.5 * f64::from(i)).collect();
     let mut series = Vec::new();
-    for (colour, (label, strategy, lights)) in [
-        (
-            "light, uniform",
-            Strategy::Light,
-            LightSampling::SphereAngle,
-        ),
-        (
-            "light, by importance",
-            Strategy::Light,
-            LightSampling::Importance,
-        ),
-        ("mis, uniform", Strategy::Mis, LightSampling::SphereAngle),
-        (
-            "mis, by importance",
-            Strategy::Mis,
-            LightSampling::Importance,
-        ),
-    ]
-    .into_iter()
-    .enumerate()
-    {
-        let path = Path {
-            lights,
-            heuristic: Heuristic::Power,
-            ..Path::new(strategy)
-        };
+    let ways = [
+        ("uniform", LightSampling::SphereAngle),
+        ("by importance", LightSampling::Importance),
+    ];
+    for (colour, (label, path)) in methods(", ", ways, Heuristic::Power).iter().enumerate() {
         let seed = seed_for(run.seed(), &format!("lamps {label}"));
         let variances = parallel_map(&places, |&x| {
             let seen = |lamp: DVec3| polygon_irradiance(&corners(lamp - x * DVec3::X, HALF));
             let reference = FRAC_1_PI * (seen(LAMPS[0]) + seen(LAMPS[1]));
-            relative_variance(&room, x, &path, seed, samples, reference)
+            relative_variance(&room, x, path, seed, samples, reference)
         })?;
         for (x, variance) in places.iter().zip(&variances) {
             run.number(

@@ -1,7 +1,5 @@
 //! Regions of the published figure 6, as measured on the image, against our three conventions.
 
-use std::path::Path;
-
 use whitefurnace::integrator::{Published, Quirks};
 
 use crate::experiments::figures::CONVENTIONS;
@@ -105,31 +103,22 @@ pub(super) const QUIRKS: Experiment = Experiment {
 
 fn quirks(run: &mut Run) -> Result<(), Error> {
     let all = Quirks::default();
+    let [mut own_number, mut direct_kept, mut single_cosine] = [all; 3];
+    own_number.roulette_by_cosine = false;
+    direct_kept.end_loses_direct = false;
+    single_cosine.extra_cosine = false;
     let variants = [
         (
             "without the cosine as roulette number",
             "own-number",
-            Quirks {
-                roulette_by_cosine: false,
-                ..all
-            },
+            own_number,
         ),
         (
             "without the loss of direct light",
             "direct-kept",
-            Quirks {
-                end_loses_direct: false,
-                ..all
-            },
+            direct_kept,
         ),
-        (
-            "without the extra cosine",
-            "single-cosine",
-            Quirks {
-                extra_cosine: false,
-                ..all
-            },
-        ),
+        ("without the extra cosine", "single-cosine", single_cosine),
     ];
     let with_all = TABLE
         .iter()
@@ -157,13 +146,8 @@ fn quirks(run: &mut Run) -> Result<(), Error> {
     let description = "The cosine as roulette number moves every region a little, the loss of direct light next to none, \
          the extra cosine the white sphere by up to a hundred grey levels.";
     let band = "what the comparison with the published image allows";
-    draw(
-        &run.figure("quirks.svg"),
-        title,
-        description,
-        ["change (grey levels)", band],
-        &panels,
-    )
+    let labels = ["change (grey levels)", band];
+    draw(run, "quirks.svg", title, description, labels, &panels)
 }
 
 /// Returns the [`region_mean`] of the reconstruction with these quirks. All variants use the same
@@ -214,13 +198,8 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let title = "Regions of figure 6 under three conventions, against the published image";
     let description = "Under the convention named published all points lie within the bands; under the others many do not.";
     let axis = "rendered − published (grey levels)";
-    draw(
-        &run.figure("regions.svg"),
-        title,
-        description,
-        [axis, "what is allowed of “published”"],
-        &panels,
-    )
+    let labels = [axis, "what is allowed of “published”"];
+    draw(run, "regions.svg", title, description, labels, &panels)
 }
 
 /// Records a number for each channel of a region.
@@ -233,24 +212,20 @@ fn record(run: &mut Run, stem: &str, region: &Region, values: [f64; 3]) {
 
 /// Draws all panels on one scale, with each region's margin.
 fn draw(
-    path: &Path,
+    run: &mut Run,
+    file: &str,
     title: &str,
     description: &str,
     [axis, band]: [&str; 2],
     panels: &[Panel<'_>],
 ) -> Result<(), Error> {
     let regions = TABLE.map(|region| (region.name, region.margin));
-    differences(
-        path,
-        title,
-        description,
-        &PanelSettings {
-            regions: &regions,
-            axis,
-            band,
-        },
-        panels,
-    )
+    let settings = PanelSettings {
+        regions: &regions,
+        axis,
+        band,
+    };
+    differences(&run.figure(file), title, description, &settings, panels)
 }
 
 fn triple([r, g, b]: [f64; 3]) -> String {

@@ -213,11 +213,9 @@ fn report(
             ("seeds", seeds as f64),
             ("measures", measures as f64),
             ("counts", counts as f64),
+            ("scale_divides_by", 1.0 / scale),
+            ("fails", fails as f64),
         ],
-    );
-    run.numbers(
-        "graded",
-        [("scale_divides_by", 1.0 / scale), ("fails", fails as f64)],
     );
     for (at, &power) in POWERS.iter().enumerate() {
         let near: Vec<&ControlCount> = at_power(counted, power).collect();
