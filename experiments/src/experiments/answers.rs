@@ -1,10 +1,10 @@
 //! Answers to the exercises of the book that need a run: its commands, and the numbers that they
 //! give.
 
-use ::trials::metamorphic::faults;
+use ::trials::metamorphic::{FaultyParts, faults};
 use clap::CommandFactory as _;
 use whitefurnace::film::Pixel;
-use whitefurnace::harness::images::{Rules, Side, compare};
+use whitefurnace::harness::images::Rules;
 
 use crate::experiments::prelude::*;
 use crate::render::command::Render;
@@ -164,21 +164,15 @@ fn few_samples(run: &mut Run) -> Result<(), Error> {
             .map(|seed| rendered(run, COMMANDS[5], Some(seed)))
             .collect()
     };
-    let sides = [images(1)?, images(9)?];
-    let width = sides[0][0].size()[0] as usize;
-    let planes = sides.each_ref().map(|films| {
-        [0, 1, 2].map(|channel| -> Vec<Vec<f64>> {
-            let plane = |film: &Film| film.pixels().iter().map(|p| p.mean()[channel]).collect();
-            films.iter().map(plane).collect()
-        })
-    });
-    let side = |side: usize, channel: usize| {
-        Side::Images(planes[side][channel].iter().map(Vec::as_slice).collect())
-    };
-    let channels: Vec<_> = (0..3)
-        .map(|channel| [side(0, channel), side(1, channel)])
-        .collect();
-    let found = compare(width, &channels, &Rules::default());
+    let films = [images(1)?, images(9)?];
+    let width = films[0][0].size()[0];
+    let planes = |film: &Film| planes(film.pixels(), Pixel::mean);
+    let sides = films.map(|films| films.iter().map(planes).collect::<Vec<_>>());
+    let found = compare_planes(
+        width,
+        sides.each_ref().map(Vec::as_slice),
+        &Rules::default(),
+    );
     let [means, ..] = &found.kinds;
     let largest = means
         .tests
@@ -286,22 +280,23 @@ fn furnace(run: &mut Run) -> Result<(), Error> {
     Ok(())
 }
 
+/// Returns the fault of this name.
+pub(super) fn faulty_parts(name: &str) -> Result<FaultyParts, Error> {
+    let found = faults().into_iter().find(|fault| fault.name == name);
+    found.ok_or_else(|| Error::Option(format!("no fault {name}")))
+}
+
 /// Compares a path tracer with the magnitude of the cosine for the cosine with the right one.
 fn shining_backs(run: &mut Run) -> Result<(), Error> {
-    let Some(fault) = faults()
-        .into_iter()
-        .find(|fault| fault.name == "back-shines")
-    else {
-        return Err(Error::Option("no fault back-shines".to_owned()));
-    };
+    let fault = faulty_parts("back-shines")?;
     let scene = room::diffuse()?;
     let seed = seed_for(run.seed(), "back-shines");
     let film = |of: &dyn Fn() -> Result<Film, Error>| of().map(|film| image_mean(&film));
-    let (pixel, size) = (PixelSampling::Random, [64, 48]);
+    let (sampling, size) = (random_points(seed), [64, 48]);
     let wrong = Path::new(Strategy::Mis).with_parts(Parts::replaced(&fault.parts));
     let right = Path::new(Strategy::Mis);
-    let wrong = film(&|| render_samples(&scene, &wrong, pixel, seed, size, None, 16))?;
-    let right = film(&|| render_samples(&scene, &right, pixel, seed, size, None, 16))?;
+    let wrong = film(&|| render_samples(&scene, &wrong, sampling, size, 16))?;
+    let right = film(&|| render_samples(&scene, &right, sampling, size, 16))?;
     let difference = wrong[0] / right[0] - 1.0;
     let error = right[1] / right[0];
     run.numbers("back", [("difference", difference), ("error", error)]);

@@ -1,6 +1,7 @@
 //! Colour bleeding on the white sphere of the report's room: ratios of the channels along its
 //! equator, with the coloured walls and with grey ones of the same luminance.
 
+use whitefurnace::render::{LaneEstimator, LaneRenderer, Precision};
 use whitefurnace::scene::room::{Convention, WHITE_SPHERE, Walls, diffuse_with, report_with};
 
 use crate::experiments::figures;
@@ -79,15 +80,12 @@ fn picture(run: &mut Run, scene: &Scene, file: &str) -> Result<(), Error> {
         ..Job::default()
     };
     let job = run.with_run_options(job);
-    let film = render_paths(
-        scene,
-        Path::default(),
-        PixelSampling::Random,
-        job.seed,
-        job.size,
-        job.window,
-        job.spp,
-    )?;
+    let lanes = LaneRenderer {
+        estimator: LaneEstimator::Path(Path::default()),
+        sampling: random_points(job.seed),
+        precision: Precision::Double,
+    };
+    let film = render_film(&lanes, scene, job.film()?, job.spp)?;
     write_png(&run.figure(file), &film, job.display(0.0), 3)
 }
 

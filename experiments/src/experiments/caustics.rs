@@ -4,8 +4,7 @@
 use trials::photon::scenes::{CAUSTIC, caustic, no_caustic};
 use whitefurnace::harness::mean::{Sigma, skewness_of_sum};
 use whitefurnace::integrator::Whitted;
-use whitefurnace::render::render_passes;
-use whitefurnace::sampling::sampler::SamplerKind;
+use whitefurnace::render::ImageRenderer;
 
 use crate::experiments::prelude::*;
 
@@ -209,47 +208,29 @@ fn one_image(scene: &Scene, method: Method, seed: u64, effort: Work) -> Result<F
         samples,
         particles,
     } = effort;
-    let (parts, random) = (Parts::default(), PixelSampling::Random);
+    let (parts, sampling) = (Parts::default(), random_points(seed));
     match method {
-        Method::Path(strategy) => {
-            let path = Path::new(strategy);
-            render_paths(scene, path, random, seed, size, None, samples)
+        Method::Path(strategy) => render_paths(scene, Path::new(strategy), sampling, size, samples),
+        Method::Whitted => {
+            let whitted = Whitted::new(TransportRules::PHYSICAL);
+            render_samples(scene, &whitted, sampling, size, samples)
         }
-        Method::Whitted => render_samples(
-            scene,
-            &Whitted::new(TransportRules::PHYSICAL),
-            random,
-            seed,
-            size,
-            None,
-            samples,
-        ),
         Method::Photon(lookup) => {
             let photons = PhotonMapping::new(parts, scene, lookup, particles, RADIUS, (seed, 0))?;
-            render_samples(scene, &photons, random, seed, size, None, samples)
+            render_samples(scene, &photons, sampling, size, samples)
         }
         Method::Sppm => {
-            let sppm = Sppm {
+            let estimator = Sppm {
                 parts,
                 particles: particles / samples + 1,
                 radius: 2.0 * RADIUS,
             };
-            let mut film = Film::new(size, None, 1)?;
-            let on = |_| !interrupted();
-            let complete = render_passes(
-                scene,
-                &sppm,
-                SamplerKind::Independent,
+            let passes = ImageRenderer {
+                estimator,
+                sampler: sampling.sampler,
                 seed,
-                &mut film,
-                0..samples,
-                &on,
-            )?;
-            if complete {
-                Ok(film)
-            } else {
-                Err(Error::Interrupted)
-            }
+            };
+            render_film(&passes, scene, Film::new(size, None, 1)?, samples)
         }
     }
 }

@@ -95,15 +95,7 @@ fn figure(run: &mut Run) -> Result<(), Error> {
         let bsdf = model.bsdf(DVec3::ONE, SIGMA);
         let scene = lit_sphere(bsdf)?;
         let path = Path::default();
-        let film = render_samples(
-            &scene,
-            &path,
-            PixelSampling::Random,
-            run.seed(),
-            [side, side],
-            None,
-            spp,
-        )?;
+        let film = render_samples(&scene, &path, random_points(run.seed()), [side; 2], spp)?;
         let radiance = |x: f64| retroreflected(&bsdf, x.asin().min(FRAC_PI_2 - 1e-6));
         series.push(Series::curve(
             model.title(),

@@ -60,16 +60,9 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let critical = normal_upper(FAMILYWISE_LEVEL / 2.0 / DiffuseName::ALL.len() as f64);
     let mut panels = Vec::new();
     for model in DiffuseName::ALL {
-        let path = Path::default();
-        let film = render_samples(
-            &scene(model)?,
-            &path,
-            PixelSampling::Random,
-            seed_for(run.seed(), model.title()),
-            [side, side],
-            None,
-            spp,
-        )?;
+        let (scene, path) = (scene(model)?, Path::default());
+        let sampling = random_points(seed_for(run.seed(), model.title()));
+        let film = render_samples(&scene, &path, sampling, [side; 2], spp)?;
         let [mean, half] = over_the_disc(&film).map(|percent| 100.0 * percent);
         let half = critical * half;
         let known = 100.0 * (mean_albedo(model) - 1.0);

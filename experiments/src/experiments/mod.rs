@@ -21,6 +21,7 @@ mod mitsuba;
 mod peers;
 mod penumbra;
 mod photon_bias;
+mod planes;
 pub mod power;
 mod prelude;
 mod radiosity;

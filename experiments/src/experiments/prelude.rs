@@ -30,11 +30,15 @@ pub(super) use whitefurnace::scene::{Scene, SceneBuilder, Surface, room};
 
 pub(super) use super::drawing::{charts, maps};
 pub(super) use super::peers::recorded;
+pub(super) use super::planes::{Planes, compare_planes, planes};
 pub(super) use crate::plot::chart::{Chart, Mark, Series};
 pub(super) use crate::plot::map::Map;
 pub(super) use crate::render::{ConventionName, DiffuseName, EstimatorName, Job, SceneName, name};
 pub(super) use crate::run::accumulated::Accumulated;
-pub(super) use crate::run::pictures::{radiance_along, render_paths, render_samples, write_row};
+pub(super) use crate::run::pictures::{
+    pixel_centres, radiance_along, random_points, render_film, render_paths, render_samples,
+    write_row,
+};
 pub(super) use crate::run::progress::{Bar, interrupted};
 pub(super) use crate::run::suite::{FAMILYWISE_LEVEL, parallel_map};
 pub(super) use crate::run::{Experiment, Judgement, Run, Tier, suite};

@@ -32,15 +32,8 @@ struct Level {
 fn run(run: &mut Run) -> Result<(), Error> {
     let scene = room::diffuse()?;
     let spp = run.count(run.by_tier(1_000, 20_000)) as u32;
-    let paths = render_paths(
-        &scene,
-        Path::default(),
-        PixelSampling::Centre,
-        run.seed(),
-        SIZE,
-        None,
-        spp.max(2),
-    )?;
+    let sampling = pixel_centres(run.seed());
+    let paths = render_paths(&scene, Path::default(), sampling, SIZE, spp.max(2))?;
     let reference = mean(&paths);
     let halvings = run.by_tier(2, 3);
     let mut levels = Vec::new();
@@ -56,8 +49,9 @@ fn run(run: &mut Run) -> Result<(), Error> {
         )?;
         let patches = solved.irradiances().count() as f64 / 2.0;
         let (residual, sweeps) = (solved.residual(), solved.sweeps());
-        let interpolated = image(run, &scene, &solved, 1)?;
-        let gathered = image(run, &scene, &solved.read(ReadOut::Gathered), 1)?;
+        let image = |solved: &Radiosity| render_samples(&scene, solved, sampling, SIZE, 1);
+        let interpolated = image(&solved)?;
+        let gathered = image(&solved.read(ReadOut::Gathered))?;
         let distances = [&interpolated, &gathered].map(|film| distance(film, &paths));
         let level = Level {
             patches,
@@ -65,25 +59,18 @@ fn run(run: &mut Run) -> Result<(), Error> {
             distances,
         };
         let key = format!("halvings-{halvings}");
+        let [[interpolated, its_error], [gathered, gathered_error]] = distances;
         run.numbers(
             &key,
             [
                 ("patches", patches),
                 ("mean", level.mean.y),
                 ("residual", residual),
-            ],
-        );
-        let [[interpolated, its_error], [gathered, gathered_error]] = distances;
-        run.numbers(
-            &key,
-            [
                 ("interpolated", interpolated),
                 ("interpolated_error", its_error),
+                ("gathered", gathered),
+                ("gathered_error", gathered_error),
             ],
-        );
-        run.numbers(
-            &key,
-            [("gathered", gathered), ("gathered_error", gathered_error)],
         );
         let value = format!(
             "image mean {:+.3} % from the path tracer, pixels {:.2} % (gathered {:.2} %), residual \
@@ -99,19 +86,6 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let noise = errors.sum::<f64>().sqrt() / paths.pixels().len() as f64 / reference.y;
     judge(run, &levels, reference.y, noise);
     draw(run, &levels, reference.y, noise)
-}
-
-/// Renders the room with every ray through its pixel's centre, so that edges add no noise.
-fn image(run: &Run, scene: &Scene, estimator: &dyn Estimator, spp: u32) -> Result<Film, Error> {
-    render_samples(
-        scene,
-        estimator,
-        PixelSampling::Centre,
-        run.seed(),
-        SIZE,
-        None,
-        spp,
-    )
 }
 
 fn mean(film: &Film) -> DVec3 {

@@ -1,11 +1,11 @@
 //! Judges renderers with one fault each, and one without, by their images with `compare`.
 
-use whitefurnace::harness::images::{Comparison, Rules, Side, compare};
-use whitefurnace::integrator::{Bidirectional, FiniteElements, NextEvent, Photons};
-use whitefurnace::material::Scattering;
-use whitefurnace::sampling::roulette::Roulette;
+use whitefurnace::film::Pixel;
+use whitefurnace::harness::images::Rules;
 use whitefurnace::scene::file::Description;
 
+use super::answers::faulty_parts;
+use crate::compare::word;
 use crate::experiments::prelude::*;
 
 pub(super) const RENDERERS: Experiment = Experiment {
@@ -23,34 +23,8 @@ const TILE: usize = 8;
 /// Images of each renderer.
 const IMAGES: u32 = 8;
 
-/// Russian roulette that does not divide the survivors by their survival probability.
-#[derive(Clone, Copy)]
-struct UnweightedRoulette;
-
-impl Scattering for UnweightedRoulette {}
-impl NextEvent for UnweightedRoulette {}
-impl Photons for UnweightedRoulette {}
-impl Bidirectional for UnweightedRoulette {}
-impl FiniteElements for UnweightedRoulette {}
-impl Roulette for UnweightedRoulette {
-    fn roulette_weight(&self, _: f64) -> f64 {
-        1.0
-    }
-}
-
-/// An image: each channel row by row.
-type Planes = [Vec<f64>; 3];
 /// A renderer: returns the image of a seed.
 type Renderer<'a> = Box<dyn Fn(u64) -> Result<Planes, Error> + 'a>;
-
-fn planes(film: &Film) -> Planes {
-    [0, 1, 2].map(|channel| {
-        film.pixels()
-            .iter()
-            .map(|pixel| pixel.mean()[channel])
-            .collect()
-    })
-}
 
 /// Builds the Cornell box with the albedos of its walls and boxes scaled by `share`.
 fn cornell(share: f64) -> Result<Scene, Error> {
@@ -69,19 +43,13 @@ fn cornell(share: f64) -> Result<Scene, Error> {
 fn run(run: &mut Run) -> Result<(), Error> {
     let samples = run.count(run.by_tier(64, 1024)) as u32;
     let (scene, darker) = (cornell(1.0)?, cornell(0.99)?);
-    let by = |scene: &Scene, strategy, seed| {
-        let estimator = Path::new(strategy);
-        render_samples(
-            scene,
-            &estimator,
-            PixelSampling::Random,
-            seed,
-            [SIDE; 2],
-            None,
-            samples,
-        )
+    let by = |scene: &Scene, path: &Path, seed| -> Result<Planes, Error> {
+        let film = render_samples(scene, path, random_points(seed), [SIDE; 2], samples)?;
+        Ok(planes(film.pixels(), Pixel::mean))
     };
-    let right = |seed| by(&scene, Strategy::Mis, seed).map(|film| planes(&film));
+    let mis = Path::new(Strategy::Mis);
+    let unweighted = faulty_parts("no-roulette-weight")?;
+    let right = |seed| by(&scene, &mis, seed);
     let changed = |change: fn(&[f64], usize) -> f64| -> Renderer<'_> {
         Box::new(move |seed| {
             Ok(right(seed)?.map(|plane| (0..plane.len()).map(|i| change(&plane, i)).collect()))
@@ -91,28 +59,19 @@ fn run(run: &mut Run) -> Result<(), Error> {
         (
             "right",
             "light by shadow rays alone",
-            Box::new(|seed| Ok(planes(&by(&scene, Strategy::Light, seed)?))),
+            Box::new(|seed| by(&scene, &Path::new(Strategy::Light), seed)),
         ),
         (
             "albedo",
             "albedos 1 % less",
-            Box::new(|seed| Ok(planes(&by(&darker, Strategy::Mis, seed)?))),
+            Box::new(|seed| by(&darker, &mis, seed)),
         ),
         (
             "roulette",
             "survivors of roulette not weighted",
             Box::new(|seed| {
-                let estimator =
-                    Path::new(Strategy::Mis).with_parts(Parts::replaced(&UnweightedRoulette));
-                Ok(planes(&render_samples(
-                    &scene,
-                    &estimator,
-                    PixelSampling::Random,
-                    seed,
-                    [SIDE; 2],
-                    None,
-                    samples,
-                )?))
+                let path = mis.with_parts(Parts::replaced(&unweighted.parts));
+                by(&scene, &path, seed)
             }),
         ),
         (
@@ -147,6 +106,10 @@ fn run(run: &mut Run) -> Result<(), Error> {
         .into_iter()
         .map(right)
         .collect::<Result<Vec<_>, _>>()?;
+    let rules = Rules {
+        tile: TILE,
+        ..Rules::default()
+    };
     let mut panels = Vec::new();
     let mut found = Vec::new();
     for (key, what, renderer) in &renderers {
@@ -154,14 +117,11 @@ fn run(run: &mut Run) -> Result<(), Error> {
             .into_iter()
             .map(renderer)
             .collect::<Result<Vec<_>, _>>()?;
-        found.push((*key, *what, judge(&images, &reference)));
+        let comparison = compare_planes(SIDE, [&images, &reference], &rules);
+        found.push((*key, *what, comparison));
     }
     for (key, what, comparison) in &found {
-        let word = match comparison.verdict {
-            Verdict::Holds => "agree",
-            Verdict::Fails => "differ",
-            Verdict::Undecided { .. } => "undecided",
-        };
+        let word = word(comparison.verdict);
         let [means, _, tiles, _] = &comparison.kinds;
         let mean = means.tests[1];
         let [low, high] = mean.interval(means.level);
@@ -220,28 +180,4 @@ fn run(run: &mut Run) -> Result<(), Error> {
     }
     let description = "Noise for the right renderer; each fault has a pattern of its own.";
     maps(run, "tiles.svg", description, [1080, 700], 3, &panels)
-}
-
-/// Returns the result of `compare` on two sets of images.
-fn judge(a: &[Planes], b: &[Planes]) -> Comparison {
-    let sides: Vec<_> = (0..3)
-        .map(|channel| [side(a, channel), side(b, channel)])
-        .collect();
-    compare(
-        SIDE as usize,
-        &sides,
-        &Rules {
-            tile: TILE,
-            ..Rules::default()
-        },
-    )
-}
-
-fn side(images: &[Planes], channel: usize) -> Side<'_> {
-    Side::Images(
-        images
-            .iter()
-            .map(|image| image[channel].as_slice())
-            .collect(),
-    )
 }

@@ -91,15 +91,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let images = run.count(run.by_tier(3, 24)).max(2) as u32;
     let reference = run.count(run.by_tier(2_000, 20_000)) as u32;
     let seed = seed_for(run.seed(), "reference");
-    let reference = render_paths(
-        scene,
-        Path::default(),
-        PixelSampling::Centre,
-        seed,
-        SIZE,
-        None,
-        reference,
-    )?;
+    let reference = render_paths(scene, Path::default(), pixel_centres(seed), SIZE, reference)?;
 
     let gather = Lookup::FinalGather {
         caustic_particles: 1,
@@ -224,15 +216,7 @@ fn report(run: &mut Run, name: &str, samples: u32, cost: &Cost) {
 }
 
 fn film(scene: &Scene, estimator: &dyn Estimator, seed: u64, samples: u32) -> Result<Film, Error> {
-    render_samples(
-        scene,
-        estimator,
-        PixelSampling::Centre,
-        seed,
-        SIZE,
-        None,
-        samples,
-    )
+    render_samples(scene, estimator, pixel_centres(seed), SIZE, samples)
 }
 
 /// Returns the mean squared difference of the pixels, relative to the square of the reference's

@@ -1,11 +1,7 @@
 //! Error of single precision: the same paths in both precisions, in scenes whose smallest things
 //! shrink.
 
-use whitefurnace::render::{
-    LaneEstimator, LaneRenderer, Precision, Renderer as _, check_single_precision,
-};
-use whitefurnace::sampling::Sampling;
-use whitefurnace::sampling::sampler::SamplerKind;
+use whitefurnace::render::{LaneEstimator, LaneRenderer, Precision, check_single_precision};
 use whitefurnace::scene::file::Description;
 
 use super::speed::growth::{in_a_room, waves};
@@ -133,29 +129,17 @@ impl Worst {
     /// Records the error of the image in single precision, overall and in the worst tile, and
     /// whether the scene is accepted.
     fn measure(&mut self, run: &mut Run, key: &str, scene: &Scene) -> Result<(), Error> {
-        let sampling = Sampling {
-            pixel: PixelSampling::Random,
-            sampler: SamplerKind::Independent,
-            seed: run.seed(),
-            silhouettes: false,
-        };
         let estimator = LaneEstimator::Path(Path {
             specular_nee: true,
             ..Path::new(Strategy::Mis)
         });
         let films = [Precision::Double, Precision::UncheckedSingle].map(|precision| {
-            let mut film = Film::new(SIZE, None, 1)?;
-            let whole = LaneRenderer {
+            let lanes = LaneRenderer {
                 estimator,
-                sampling,
+                sampling: random_points(run.seed()),
                 precision,
-            }
-            .add(scene, &mut film, 0..SAMPLES, &|_| !interrupted())?;
-            if whole {
-                Ok(film)
-            } else {
-                Err(Error::Interrupted)
-            }
+            };
+            render_film(&lanes, scene, Film::new(SIZE, None, 1)?, SAMPLES)
         });
         let [double, single] = films;
         let [double, single] = [double?, single?];

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use ::trials::symptoms::{SIZE, ShownBy, Symptom, all};
-use whitefurnace::harness::images::{Comparison, Rules, Side, compare};
+use whitefurnace::harness::images::{Comparison, Rules};
 
 use crate::experiments::prelude::*;
 use crate::run::pictures::write_pixels;
@@ -191,25 +191,19 @@ fn shown_quantity(by: ShownBy, images: &Images) -> Images {
 
 /// Returns the result of `compare` on two sides.
 fn judge(by: ShownBy, a: &Images, b: &Images, level: f64) -> Comparison {
-    let planes = [a, b].map(|images| {
+    let sides = [a, b].map(|images| -> Vec<Planes> {
         let quantity = shown_quantity(by, images);
-        [0, 1, 2].map(|channel| -> Vec<Vec<f64>> {
-            let plane = |image: &Vec<DVec3>| image.iter().map(|pixel| pixel[channel]).collect();
-            quantity.iter().map(plane).collect()
-        })
+        quantity
+            .iter()
+            .map(|image| planes(image, DVec3::clone))
+            .collect()
     });
-    let side = |side: usize, channel: usize| {
-        Side::Images(planes[side][channel].iter().map(Vec::as_slice).collect())
-    };
-    let sides: Vec<_> = (0..3)
-        .map(|channel| [side(0, channel), side(1, channel)])
-        .collect();
     let rules = Rules {
         level,
         tile: TILE,
         ..Rules::default()
     };
-    compare(SIZE[0] as usize, &sides, &rules)
+    compare_planes(SIZE[0], sides.each_ref().map(Vec::as_slice), &rules)
 }
 
 /// Returns the fraction of tiles of which a channel differs.

@@ -4,45 +4,52 @@ use std::path::Path;
 
 use glam::DVec3;
 use whitefurnace::error::Error;
-use whitefurnace::film::{Film, Pixel, Window};
+use whitefurnace::film::{Film, Pixel};
 use whitefurnace::geometry::shape::Ray;
 use whitefurnace::image::{Display, write_rgb};
 use whitefurnace::integrator::{Estimator, Path as PathTracer};
 use whitefurnace::math::moments::Moments;
-use whitefurnace::render::{LaneEstimator, LaneRenderer, Precision, Renderer as _, render};
+use whitefurnace::render::{LaneEstimator, LaneRenderer, Precision, Renderer, render};
 use whitefurnace::sampling::Sampling;
 use whitefurnace::sampling::pixel::PixelSampling;
 use whitefurnace::sampling::rng::stream;
 use whitefurnace::sampling::sampler::SamplerKind;
 use whitefurnace::scene::Scene;
 
+use crate::render::Rendered;
 use crate::run::progress::interrupted;
 
-/// Renders the first `samples` samples of every pixel of a frame, or of a window of it, onto a film
-/// of one sample per replication, with independent random numbers.
-pub fn render_samples(
-    scene: &Scene,
-    estimator: &dyn Estimator,
-    pixel: PixelSampling,
-    seed: u64,
-    size: [u32; 2],
-    window: Option<Window>,
-    samples: u32,
-) -> Result<Film, Error> {
-    let sampling = Sampling {
-        pixel,
+/// Returns sampling by independent random numbers and rays through random points of each pixel.
+pub fn random_points(seed: u64) -> Sampling {
+    Sampling {
+        pixel: PixelSampling::Random,
         sampler: SamplerKind::Independent,
         seed,
         silhouettes: false,
-    };
-    let mut film = Film::new(size, window, 1)?;
-    let on = |_| !interrupted();
-    let complete = render(scene, estimator, sampling, &mut film, &(0..samples), &on)?;
-    if complete {
-        Ok(film)
-    } else {
-        Err(Error::Interrupted)
     }
+}
+
+/// Returns sampling by independent random numbers and rays through the centre of each pixel, so that
+/// edges add no noise.
+pub fn pixel_centres(seed: u64) -> Sampling {
+    Sampling {
+        pixel: PixelSampling::Centre,
+        ..random_points(seed)
+    }
+}
+
+/// Renders the first `samples` samples of every pixel of a frame onto a film of one sample per
+/// replication.
+pub fn render_samples(
+    scene: &Scene,
+    estimator: &dyn Estimator,
+    sampling: Sampling,
+    size: [u32; 2],
+    samples: u32,
+) -> Result<Film, Error> {
+    let (mut film, on) = (Film::new(size, None, 1)?, |_| !interrupted());
+    let complete = render(scene, estimator, sampling, &mut film, &(0..samples), &on)?;
+    Rendered { film, complete }.into_complete()
 }
 
 /// Renders the film of [`render_samples`] for a path tracer, by [`LaneRenderer`].
@@ -52,30 +59,27 @@ pub fn render_samples(
 pub fn render_paths(
     scene: &Scene,
     path: PathTracer<'_>,
-    pixel: PixelSampling,
-    seed: u64,
+    sampling: Sampling,
     size: [u32; 2],
-    window: Option<Window>,
     samples: u32,
 ) -> Result<Film, Error> {
-    let sampling = Sampling {
-        pixel,
-        sampler: SamplerKind::Independent,
-        seed,
-        silhouettes: false,
-    };
     let lanes = LaneRenderer {
         estimator: LaneEstimator::Path(path),
         sampling,
         precision: Precision::Double,
     };
-    let mut film = Film::new(size, window, 1)?;
-    let complete = lanes.add(scene, &mut film, 0..samples, &|_| !interrupted())?;
-    if complete {
-        Ok(film)
-    } else {
-        Err(Error::Interrupted)
-    }
+    render_film(&lanes, scene, Film::new(size, None, 1)?, samples)
+}
+
+/// Adds the first `samples` replications to an empty film.
+pub fn render_film(
+    renderer: &dyn Renderer,
+    scene: &Scene,
+    mut film: Film,
+    samples: u32,
+) -> Result<Film, Error> {
+    let complete = renderer.add(scene, &mut film, 0..samples, &|_| !interrupted())?;
+    Rendered { film, complete }.into_complete()
 }
 
 /// Returns samples of the first channel along one ray, each with its own random numbers: sample i

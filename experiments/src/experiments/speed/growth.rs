@@ -4,11 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use whitefurnace::camera::Camera;
 use whitefurnace::math::frame::from_spherical;
-use whitefurnace::render::{
-    LaneEstimator, LaneRenderer, Precision, Renderer, check_single_precision,
-};
-use whitefurnace::sampling::Sampling;
-use whitefurnace::sampling::sampler::SamplerKind;
+use whitefurnace::render::{LaneEstimator, LaneRenderer, Precision, check_single_precision};
 use whitefurnace::scene::simple::closed_cube;
 
 use super::memory::resident;
@@ -101,16 +97,9 @@ pub(super) fn with_triangles(run: &mut Run) -> Result<(), Error> {
             &key,
             format!("{count} triangles, built in {seconds:.4} s{memory}"),
         );
-        let sampling = Sampling {
-            pixel: PixelSampling::Random,
-            sampler: SamplerKind::Independent,
-            seed: run.seed(),
-            silhouettes: false,
-        };
-        let path = Path::new(Strategy::Mis);
         let lanes = |precision| LaneRenderer {
-            estimator: LaneEstimator::Path(path),
-            sampling,
+            estimator: LaneEstimator::Path(Path::new(Strategy::Mis)),
+            sampling: random_points(run.seed()),
             precision,
         };
         let [double, single] = [Precision::Double, Precision::Single].map(lanes);
@@ -127,14 +116,8 @@ pub(super) fn with_triangles(run: &mut Run) -> Result<(), Error> {
                 ..Job::default()
             });
             let (film, seconds) = least_seconds(run, || {
-                let mut film = Film::new(job.size, None, 1)?;
-                let whole =
-                    pool.install(|| renderer.add(&scene, &mut film, 0..8, &|_| !interrupted()))?;
-                if whole {
-                    Ok(film)
-                } else {
-                    Err(Error::Interrupted)
-                }
+                let film = Film::new(job.size, None, 1)?;
+                pool.install(|| render_film(&renderer, &scene, film, 8))
             })?;
             let rate = samples(&film) / seconds;
             record_rate(run, &format!("{key}.{engine}"), rate);
