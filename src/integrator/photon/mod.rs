@@ -178,7 +178,8 @@ fn trace_to_diffuse<P: PathParts + ?Sized, T: Copy, R: Sampler>(
     on_emission: &mut dyn FnMut(T, DVec3),
 ) -> Vec<(T, PhotonHit, R)> {
     // Walks are moved several times, so that they hold only the index of their arrival.
-    let (mut hits, mut arrivals) = (Vec::new(), Vec::new());
+    let (count, _) = rays.size_hint();
+    let (mut hits, mut arrivals) = (Vec::with_capacity(count), Vec::with_capacity(count));
     let mut walks = rays.map(|walk| {
         let item = (walk.item, walk.block, None);
         PendingWalk::new(item, walk.ray, walk.block, walk.rng)
