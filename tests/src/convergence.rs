@@ -82,11 +82,6 @@ pub const PROFILES: [Profile; 4] = [
     },
 ];
 
-/// Uniform directions and their pdf.
-pub const UNIFORM: Method = Method::UNIFORM;
-/// Cosine-weighted directions and their pdf.
-pub const COSINE: Method = Method::COSINE;
-
 /// Compares the variance of one method over that of the other with its closed form, for one
 /// profile.
 fn ratio(context: &Context, profile: Profile, [a, b]: [Method; 2]) -> Vec<Outcome> {
@@ -184,9 +179,9 @@ fn ratios() -> Family<[Method; 2]> {
         trials: PROFILES.into_iter().map(ratio_bench).collect(),
         faults: vec![fault!("not-importance-sampling", COSINE_HEMISPHERE,
             "(18) taken for importance sampling, as the report does: both methods are uniform",
-            = [UNIFORM, UNIFORM],
+            = [Method::UNIFORM, Method::UNIFORM],
             "convergence/ratio-cos", "convergence/ratio-1-cos", "convergence/ratio-cos2", "convergence/ratio-cap")],
-        ..Family::new("variance", [UNIFORM, COSINE])
+        ..Family::new("variance", [Method::UNIFORM, Method::COSINE])
     }
 }
 

@@ -1,6 +1,7 @@
 //! Directions, their variances, interfaces and pixel strategies.
 
-use trials::convergence::{COSINE, PROFILES, Profile, UNIFORM, squared_error};
+use trials::convergence::{PROFILES, Profile, squared_error};
+use trials::hemisphere::Method;
 use whitefurnace::material::fresnel::{reflectance, reflectance_p, reflectance_s};
 
 use super::critical;
@@ -69,8 +70,8 @@ pub fn importance(run: &mut Run, file: &str) -> Result<(), Error> {
     let mut all_hold = true;
     let profiles: Vec<Profile> = PROFILES.into_iter().chain(MORE).collect();
     for (colour, label, method, cosine) in [
-        (2, "uniform", UNIFORM, false),
-        (0, "cosine-weighted", COSINE, true),
+        (2, "uniform", Method::UNIFORM, false),
+        (0, "cosine-weighted", Method::COSINE, true),
     ] {
         let (mut closed, mut found) = (Vec::new(), Vec::new());
         for (k, profile) in profiles.iter().enumerate() {
