@@ -26,6 +26,21 @@ pub enum Domain {
     Triangle,
 }
 
+/// A coordinate with the sine and cosine of its angle.
+#[derive(Clone, Copy)]
+struct Coordinate {
+    value: f64,
+    sin: f64,
+    cos: f64,
+}
+
+impl Coordinate {
+    fn new(value: f64, angle: f64) -> Self {
+        let (sin, cos) = angle.sin_cos();
+        Self { value, sin, cos }
+    }
+}
+
 /// Largest error of unit length and borders of points in double precision.
 const ROUNDING: f64 = 1e-9;
 
@@ -100,16 +115,16 @@ impl Domain {
         }
     }
 
-    /// Returns the point at smooth coordinate a and column coordinate b in [0, 1], and its measure
-    /// per da db.
-    fn point(self, a: f64, b: f64) -> (DVec3, f64) {
-        let (sin_phi, cos_phi) = (TAU * b).sin_cos();
+    /// Returns the point at a smooth coordinate and a column coordinate in [0, 1], and its measure
+    /// per unit of both.
+    fn point(self, row: Coordinate, column: Coordinate) -> (DVec3, f64) {
+        let (a, b) = (row.value, column.value);
         match self {
             Self::Sphere | Self::Hemisphere | Self::CosineHemisphere => {
-                let (sin, cos) = a.sin_cos();
-                (DVec3::new(sin * cos_phi, sin * sin_phi, cos), TAU * sin)
+                let [x, y] = [row.sin * column.cos, row.sin * column.sin];
+                (DVec3::new(x, y, row.cos), TAU * row.sin)
             }
-            Self::Disk => (DVec3::new(a * cos_phi, a * sin_phi, 0.0), TAU * a),
+            Self::Disk => (DVec3::new(a * column.cos, a * column.sin, 0.0), TAU * a),
             Self::Square => (DVec3::new(a, b, 0.0), 1.0),
             Self::Triangle => (DVec3::new(a, b * (1.0 - a), 0.0), 1.0 - a),
         }
@@ -142,9 +157,15 @@ impl Domain {
         budget: &mut usize,
         f: &dyn Fn(DVec3) -> f64,
     ) -> Integral {
-        integrate_within(area, tolerance, budget, &mut |a, b| {
-            let (point, measure) = self.point(a, b);
-            f(point) * measure
+        integrate_within(area, tolerance, budget, &mut |rows, columns| {
+            let columns = columns.map(|b| Coordinate::new(b, TAU * b));
+            rows.map(|a| {
+                let row = Coordinate::new(a, a);
+                columns.map(|column| {
+                    let (point, measure) = self.point(row, column);
+                    f(point) * measure
+                })
+            })
         })
     }
 

@@ -1,5 +1,6 @@
 //! Adaptive quadrature of functions of two variables: products of the Gauss-Kronrod pair (7, 15).
 
+use std::array;
 use std::collections::BinaryHeap;
 
 /// Nodes of the 15-point Kronrod rule on [−1, 1] that lie in [0, 1), largest first; those of odd
@@ -51,6 +52,12 @@ pub struct Integral {
     pub error: f64,
 }
 
+/// Number of nodes of the Kronrod rule.
+const NODE_COUNT: usize = 15;
+
+/// Values of a function on a grid of nodes: a row for each of the first variable's.
+type GridValues = [[f64; NODE_COUNT]; NODE_COUNT];
+
 /// Largest number of rectangles, 225 evaluations each.
 const MAX_RECTANGLES: usize = 20_000;
 
@@ -66,7 +73,8 @@ pub fn integrate(
     tolerance: f64,
     f: &mut dyn FnMut(f64, f64) -> f64,
 ) -> Integral {
-    integrate_within(domain, tolerance, &mut halving_budget(), f)
+    let mut on_grid = |x: [f64; NODE_COUNT], y: [f64; NODE_COUNT]| x.map(|x| y.map(|y| f(x, y)));
+    integrate_within(domain, tolerance, &mut halving_budget(), &mut on_grid)
 }
 
 /// Returns how often rectangles may be halved in one task.
@@ -75,14 +83,14 @@ pub(super) fn halving_budget() -> usize {
 }
 
 /// Integrates f over `domain` as [`integrate`], with `budget` halvings shared among several
-/// integrals.
+/// integrals. f is evaluated on a whole grid of nodes at a time.
 pub(super) fn integrate_within(
     domain: Rectangle,
     tolerance: f64,
     budget: &mut usize,
-    f: &mut dyn FnMut(f64, f64) -> f64,
+    on_grid: &mut dyn FnMut([f64; NODE_COUNT], [f64; NODE_COUNT]) -> GridValues,
 ) -> Integral {
-    let first = Subrectangle::new(domain, f);
+    let first = Subrectangle::new(domain, on_grid);
     let mut total = first.integral;
     let mut parts = BinaryHeap::from([first]);
     // Number of parts at the next check of progress, and the error at the last check.
@@ -97,7 +105,7 @@ pub(super) fn integrate_within(
         *budget -= 1;
         let Some(worst) = parts.pop() else { break };
         for half in worst.halves() {
-            parts.push(Subrectangle::new(half, f));
+            parts.push(Subrectangle::new(half, on_grid));
         }
         // Sums are recomputed rather than updated, lest rounding accumulates.
         total = parts
@@ -119,13 +127,16 @@ struct Subrectangle {
 }
 
 impl Subrectangle {
-    fn new(domain: Rectangle, f: &mut dyn FnMut(f64, f64) -> f64) -> Self {
-        let Rectangle { x, y } = domain;
+    fn new(
+        domain: Rectangle,
+        on_grid: &mut dyn FnMut([f64; NODE_COUNT], [f64; NODE_COUNT]) -> GridValues,
+    ) -> Self {
+        let [x, y] = [nodes(domain.x), nodes(domain.y)];
+        let values = on_grid(x.map(|[node, ..]| node), y.map(|[node, ..]| node));
         // Kronrod in both variables, Gauss in x only, Gauss in y only.
         let (mut both, mut gauss_x, mut gauss_y) = (0.0, 0.0, 0.0);
-        for [node_x, kronrod_x, weight_gauss_x] in nodes(x) {
-            for [node_y, kronrod_y, weight_gauss_y] in nodes(y) {
-                let value = f(node_x, node_y);
+        for ([_, kronrod_x, weight_gauss_x], row) in x.into_iter().zip(values) {
+            for ([_, kronrod_y, weight_gauss_y], value) in y.into_iter().zip(row) {
                 both += kronrod_x * kronrod_y * value;
                 gauss_x += weight_gauss_x * kronrod_y * value;
                 gauss_y += kronrod_x * weight_gauss_y * value;
@@ -174,9 +185,9 @@ impl Ord for Subrectangle {
 
 /// Returns the 15 nodes of an interval, each with its Kronrod and its Gauss weight (0 if it is no
 /// Gauss node).
-fn nodes([low, high]: [f64; 2]) -> impl Iterator<Item = [f64; 3]> {
+fn nodes([low, high]: [f64; 2]) -> [[f64; 3]; NODE_COUNT] {
     let (centre, half) = (0.5 * (low + high), 0.5 * (high - low));
-    (0..15).map(move |i: usize| {
+    array::from_fn(|i| {
         let (k, sign) = if i < 8 { (i, -1.0) } else { (14 - i, 1.0) };
         let gauss = if k % 2 == 1 { GAUSS[k / 2] } else { 0.0 };
         [
