@@ -108,14 +108,19 @@ impl RoughGlass {
     /// Returns f of [`crate::equation::ROUGH_GLASS`], 1/sr.
     #[inline]
     pub fn eval(&self, wo: DVec3, wi: DVec3) -> f64 {
-        let seen = if wi.z > 0.0 {
+        let visible_from_both = if wi.z > 0.0 {
             smith_g2
         } else {
             smith_g2_transmission
-        }(self.alpha, wo, wi);
+        };
         // The pdf is f as if all sampled facets were visible from wi.
         let density = self.pdf(wo, wi);
-        if density > 0.0 && seen > 0.0 {
+        let seen = if density > 0.0 {
+            visible_from_both(self.alpha, wo, wi)
+        } else {
+            0.0
+        };
+        if seen > 0.0 {
             density * seen * (1.0 + smith_lambda(self.alpha, wo)) / wi.z.abs()
         } else {
             0.0
