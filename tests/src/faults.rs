@@ -214,7 +214,8 @@ impl<S: Copy + Send + Sync + 'static> Family<S> {
 
     /// Returns a trial's function on a fault that these outcomes must reject. Most effects are many
     /// times δ, so the fault runs at a fraction of the trial's size first, and at a larger one only
-    /// if it is not [clearly rejected](guard::is_clearly_rejected).
+    /// if it is not [clearly rejected](guard::is_clearly_rejected); sizes at which it will hardly be
+    /// are left out.
     fn reject(
         family_trial: &FamilyTrial<S>,
         mutant: &Fault<S>,
@@ -222,19 +223,23 @@ impl<S: Copy + Send + Sync + 'static> Family<S> {
     ) -> Run {
         let (on, subject) = (Arc::clone(&family_trial.on), mutant.subject);
         Box::new(move |context| {
-            let settled = |share: &f64| {
+            let mut promising = 0.0;
+            for share in TRIAL_FRACTIONS {
+                if share < promising {
+                    continue;
+                }
                 let part = Context {
                     scale: context.scale * share,
                     ..context.clone()
                 };
                 let outcomes = on(&part, subject);
                 let required = required_outcomes(&rejected_by, &outcomes);
-                let settled =
-                    !required.is_empty() && required.into_iter().all(guard::is_clearly_rejected);
-                settled.then_some(outcomes)
-            };
-            let early = TRIAL_FRACTIONS.iter().find_map(settled);
-            early.unwrap_or_else(|| on(context, subject))
+                if !required.is_empty() && required.iter().all(|o| guard::is_clearly_rejected(o)) {
+                    return outcomes;
+                }
+                promising = share * growth_to_settle(&required);
+            }
+            on(context, subject)
         })
     }
 
@@ -247,6 +252,22 @@ impl<S: Copy + Send + Sync + 'static> Family<S> {
 
 /// Fractions of a trial's size at which a fault runs before the whole.
 const TRIAL_FRACTIONS: [f64; 3] = [1.0 / 64.0, 1.0 / 16.0, 1.0 / 4.0];
+
+/// Fraction of the standard errors needed below which an expected rejection is not tried.
+const HOPELESS: f64 = 0.9;
+
+/// Returns how many times larger a sample must be for its rejections, whose standard errors grow as
+/// the root of its size, to come near to those needed; 0 if an outcome is not rejected yet, which
+/// tells nothing.
+fn growth_to_settle(required: &[&Outcome]) -> f64 {
+    let sigmas = required.iter().map(|o| guard::rejection_sigmas(o));
+    let fewest = sigmas.fold(f64::INFINITY, f64::min);
+    if fewest > 0.0 {
+        (HOPELESS * guard::FAULT_SIGMAS / fewest).powi(2)
+    } else {
+        0.0
+    }
+}
 
 impl<S: Copy + Send + Sync + 'static> AnyFamily for Family<S> {
     fn trials(&self) -> Vec<Trial> {
