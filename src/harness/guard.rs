@@ -147,5 +147,27 @@ pub fn fault_objection(outcome: &Outcome) -> Option<String> {
 /// half of its limit.
 pub fn is_clearly_rejected(outcome: &Outcome) -> bool {
     let [_, noise_of_skewness] = skewness(outcome);
-    noise_of_skewness <= 0.5 && outcome.estimate.is_finite() && fault_objection(outcome).is_none()
+    noise_of_skewness <= CLEAR_SKEWNESS_NOISE
+        && outcome.estimate.is_finite()
+        && fault_objection(outcome).is_none()
+}
+
+/// Largest noise of the used fraction of the allowed skewness at which a rejection is clear.
+const CLEAR_SKEWNESS_NOISE: f64 = 0.5;
+
+/// Fraction of [`FAULT_SIGMAS`] below which an expected rejection is not tried.
+const HOPELESS: f64 = 0.9;
+
+/// Returns how many times larger a sample must be to have a chance of being
+/// [clearly rejected](is_clearly_rejected): standard errors grow as the root of its size, and the
+/// noise of skewness falls with it. What is not rejected at all tells nothing of the former.
+pub fn growth_to_clear_rejection(outcome: &Outcome) -> f64 {
+    let [_, noise_of_skewness] = skewness(outcome);
+    let sigmas = rejection_sigmas(outcome);
+    let growth = if sigmas > 0.0 {
+        (HOPELESS * FAULT_SIGMAS / sigmas).powi(2)
+    } else {
+        0.0
+    };
+    growth.max(noise_of_skewness / CLEAR_SKEWNESS_NOISE)
 }

@@ -110,7 +110,7 @@ pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             let property = format!("{what}: F = {f:.6}, and {reference:.6} is reflected");
             radiance(name, &GEOMETRY, scene, EstimatorKind::Path, ray)
                 .states(property, consequence)
-                .by_scrambles(reference, CLOSED_FORM_DELTA, n)
+                .by_scrambles(reference, CLOSED_FORM_DELTA, 16, n)
         };
     let [x, y] = PANEL;
     let whole = [-HALF, HALF];

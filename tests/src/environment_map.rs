@@ -91,15 +91,15 @@ pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
               (kind, ray): (EstimatorKind, Rays),
               what: &str,
               irradiance: f64,
-              n| {
+              draws| {
         let reference = FLOOR * FRAC_1_PI * irradiance;
         let property = format!("{what} reflects {reference:.6}");
         radiance(name, &MIS, scene, kind, ray)
             .states(property, consequence)
-            .by_rays(reference, BOUNCES_DELTA, n)
+            .by_draws(reference, BOUNCES_DELTA, draws)
     };
     let (overcast, behind_light) = (overcast(), behind_light());
-    let floor = |name, consequence, kind, n| {
+    let floor = |name, consequence, kind, draws| {
         let irradiance = 7.0 / 9.0 * PI * LIGHT;
         of(
             name,
@@ -108,7 +108,7 @@ pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             (kind, |_| ray_to_origin()),
             "a floor under the CIE overcast sky",
             irradiance,
-            n,
+            draws,
         )
     };
     let panel = polygon_irradiance(&RECTANGLE);
@@ -118,19 +118,19 @@ pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             "sky/overcast/mis",
             "outdoor scenes are too bright or dark, as hits of the sky count twice or too little",
             EstimatorKind::Path,
-            500_000,
+            Draws::Rays(500_000),
         ),
         floor(
             "sky/overcast/light",
             "outdoor light is off, as shadow rays crowd at the top of an environment map",
             by(Strategy::Light),
-            1_500_000,
+            Draws::scrambles(16, 9_500),
         ),
         floor(
             "sky/overcast/bsdf",
             "an environment map lights matte things too much or too little by BSDF samples",
             by(Strategy::Bsdf),
-            800_000,
+            Draws::Rays(800_000),
         ),
         of(
             "sky/wall/mis",
@@ -142,7 +142,7 @@ pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             }),
             "a wall beside a sky that varies by azimuth",
             beside_wall(),
-            1_050_000,
+            Draws::scrambles(16, 9_500),
         ),
         of(
             "sky/panel",
@@ -151,7 +151,7 @@ pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             (EstimatorKind::Path, |_| ray_to_origin()),
             "a floor under a white sky of which a light hides a part",
             panelled,
-            820_000,
+            Draws::scrambles(16, 9_500),
         ),
     ]
 }

@@ -237,7 +237,8 @@ impl<S: Copy + Send + Sync + 'static> Family<S> {
                 if !required.is_empty() && required.iter().all(|o| guard::is_clearly_rejected(o)) {
                     return outcomes;
                 }
-                promising = share * growth_to_settle(&required);
+                let growth = required.iter().map(|o| guard::growth_to_clear_rejection(o));
+                promising = share * growth.fold(0.0, f64::max);
             }
             on(context, subject)
         })
@@ -251,23 +252,7 @@ impl<S: Copy + Send + Sync + 'static> Family<S> {
 }
 
 /// Fractions of a trial's size at which a fault runs before the whole.
-const TRIAL_FRACTIONS: [f64; 3] = [1.0 / 64.0, 1.0 / 16.0, 1.0 / 4.0];
-
-/// Fraction of the standard errors needed below which an expected rejection is not tried.
-const HOPELESS: f64 = 0.9;
-
-/// Returns how many times larger a sample must be for its rejections, whose standard errors grow as
-/// the root of its size, to come near to those needed; 0 if an outcome is not rejected yet, which
-/// tells nothing.
-fn growth_to_settle(required: &[&Outcome]) -> f64 {
-    let sigmas = required.iter().map(|o| guard::rejection_sigmas(o));
-    let fewest = sigmas.fold(f64::INFINITY, f64::min);
-    if fewest > 0.0 {
-        (HOPELESS * guard::FAULT_SIGMAS / fewest).powi(2)
-    } else {
-        0.0
-    }
-}
+const TRIAL_FRACTIONS: [f64; 4] = [1.0 / 64.0, 1.0 / 16.0, 1.0 / 4.0, 1.0 / 2.0];
 
 impl<S: Copy + Send + Sync + 'static> AnyFamily for Family<S> {
     fn trials(&self) -> Vec<Trial> {

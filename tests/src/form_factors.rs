@@ -43,7 +43,7 @@ fn lit(name: &str, light: impl FnOnce(&mut SceneBuilder)) -> Arc<Scene> {
 
 /// Samples a ray to a point uniform on the reflecting square, from the side on which no light is in
 /// the way.
-fn ray_to_square(rng: &mut Stream) -> Ray {
+fn ray_to_square(rng: &mut SampleStream) -> Ray {
     let [x, y] = uniform2(rng);
     let w = from_spherical(0.5, 0.3);
     Ray::new(DVec3::new(x, y, 0.0) + 0.5 * w, -w)
@@ -56,7 +56,7 @@ pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     let upright = lit("perpendicular squares", |s| {
         panel(s, DVec3::ZERO, [DVec3::Y, DVec3::Z], light(LIGHT));
     });
-    let family_trial = |name, consequence, how: &str, scene, factor: f64, samples| {
+    let family_trial = |name, consequence, how: &str, scene, factor: f64, scrambles| {
         let property = format!("the form factor between {how} unit squares is {factor:.6}");
         let reference = FLOOR * LIGHT * factor;
         radiance(
@@ -67,7 +67,7 @@ pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             ray_to_square as Rays,
         )
         .states(property, consequence)
-        .by_rays(reference, CLOSED_FORM_DELTA, samples)
+        .by_scrambles(reference, CLOSED_FORM_DELTA, 64, scrambles)
     };
     vec![
         family_trial(
@@ -76,7 +76,7 @@ pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             "opposite",
             &opposite,
             parallel(1.0, 1.0),
-            4_500_000,
+            45_000,
         ),
         // Shadow rays alone would have infinite variance at the common edge; the weights of
         // multiple importance sampling bound every value.
@@ -86,7 +86,7 @@ pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             "perpendicular, adjacent",
             &upright,
             perpendicular(1.0, 1.0),
-            30_000_000,
+            262_000,
         ),
     ]
 }

@@ -1,5 +1,6 @@
 //! Closed and open furnaces through whole estimators: multiple reflection with closed-form answers.
 
+use rand::Rng;
 use whitefurnace::light::emitter::LightSampling;
 use whitefurnace::material::OrenNayar;
 use whitefurnace::scene::simple::{CAP_SHARE, Cap, cavity_cap, furnace_box};
@@ -15,13 +16,13 @@ use crate::strategies::path_with;
 use crate::{infinite_variance, rays_per_hit, survival};
 
 /// Samples a ray from a random point of a small ball in any direction.
-pub fn inside(rng: &mut Stream) -> Ray {
+pub fn inside<R: Rng + ?Sized>(rng: &mut R) -> Ray {
     let origin = 0.4 * uniform(rng) * any_direction(rng);
     Ray::new(origin, any_direction(rng))
 }
 
 /// Samples a ray within the cavity towards its wall outside the emitting cap.
-pub fn off_cap(rng: &mut Stream) -> Ray {
+pub fn off_cap(rng: &mut SampleStream) -> Ray {
     let target = loop {
         let target = any_direction(rng);
         if target.z < 1.0 - 2.0 * CAP_SHARE {
@@ -57,7 +58,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
 }
 
 /// Samples a ray from within a box of side 2 in any direction.
-pub fn in_box(rng: &mut Stream) -> Ray {
+pub fn in_box(rng: &mut SampleStream) -> Ray {
     Ray::new(DVec3::new(0.1, 0.2, -0.3), any_direction(rng))
 }
 
@@ -74,7 +75,7 @@ fn closed() -> Vec<FamilyTrial<EstimatorSubject>> {
             "closed furnace box",
             0.5,
             cube(0.5),
-            770_000,
+            Draws::Rays(770_000),
         ),
         (
             "furnace/path/albedo-0.75",
@@ -82,7 +83,7 @@ fn closed() -> Vec<FamilyTrial<EstimatorSubject>> {
             "closed furnace box",
             0.75,
             cube(0.75),
-            1_500_000,
+            Draws::scrambles(16, 44_000),
         ),
         (
             "furnace/path/albedo-0.9",
@@ -90,7 +91,7 @@ fn closed() -> Vec<FamilyTrial<EstimatorSubject>> {
             "spherical furnace",
             0.9,
             sphere(hits),
-            2_800_000,
+            Draws::scrambles(64, 17_000),
         ),
         (
             "furnace/path/early",
@@ -98,19 +99,17 @@ fn closed() -> Vec<FamilyTrial<EstimatorSubject>> {
             "spherical furnace without early roulette",
             0.9,
             sphere(EstimatorKind::PathWithRrDepth),
-            1_700_000,
+            Draws::scrambles(64, 14_500),
         ),
     ]
     .into_iter()
-    .map(
-        |(name, consequence, what, a, (scene, kind, ray), samples)| {
-            let m = 1.0 / (1.0 - a);
-            let property = format!("the radiance in a {what} of albedo {a} is {m:.6}");
-            radiance(name, &RENDERING, &scene, kind, ray)
-                .states(property, consequence)
-                .by_rays(m, BOUNCES_DELTA, samples)
-        },
-    )
+    .map(|(name, consequence, what, a, (scene, kind, ray), draws)| {
+        let m = 1.0 / (1.0 - a);
+        let property = format!("the radiance in a {what} of albedo {a} is {m:.6}");
+        radiance(name, &RENDERING, &scene, kind, ray)
+            .states(property, consequence)
+            .by_draws(m, BOUNCES_DELTA, draws)
+    })
     .collect()
 }
 
@@ -125,31 +124,31 @@ fn strategies() -> Vec<FamilyTrial<EstimatorSubject>> {
             "rooms are too dark or too bright without shadow rays",
             &cube,
             Strategy::Bsdf,
-            1_100_000,
+            Draws::Rays(1_100_000),
         ),
         (
             "furnace/light/box",
             "rooms are too dark or too bright by shadow rays alone, most in their corners",
             &cube,
             Strategy::Light,
-            1_300_000,
+            Draws::scrambles(64, 16_000),
         ),
         (
             "furnace/light/sphere",
             "domes are too dark or too bright by shadow rays alone",
             &sphere,
             Strategy::Light,
-            700_000,
+            Draws::Rays(700_000),
         ),
     ]
     .into_iter()
-    .map(|(name, consequence, scene, strategy, samples)| {
+    .map(|(name, consequence, scene, strategy, draws)| {
         let property =
             format!("in a furnace of albedo 0.5 the radiance by {strategy:?} alone is 2");
         let kind = path_with(strategy, LightSampling::SolidAngle);
         radiance(name, &RENDERING, scene, kind, in_box)
             .states(property, consequence)
-            .by_rays(2.0, BOUNCES_DELTA, samples)
+            .by_draws(2.0, BOUNCES_DELTA, draws)
     })
     .collect()
 }
@@ -166,7 +165,7 @@ fn reports() -> Vec<FamilyTrial<EstimatorSubject>> {
             0.5,
             0.25,
             MANY_SEGMENTS,
-            700_000,
+            Draws::Rays(700_000),
         ),
         (
             "furnace/report/absorption-0.1",
@@ -174,7 +173,7 @@ fn reports() -> Vec<FamilyTrial<EstimatorSubject>> {
             0.5,
             0.1,
             MANY_SEGMENTS,
-            380_000,
+            Draws::Rays(380_000),
         ),
         (
             "furnace/report/albedo-0.65",
@@ -182,7 +181,7 @@ fn reports() -> Vec<FamilyTrial<EstimatorSubject>> {
             0.65,
             0.05,
             MANY_SEGMENTS,
-            1_300_000,
+            Draws::Rays(1_300_000),
         ),
         (
             "furnace/report/seven-segments",
@@ -190,7 +189,7 @@ fn reports() -> Vec<FamilyTrial<EstimatorSubject>> {
             0.75,
             0.1,
             7,
-            2_600_000,
+            Draws::scrambles(16, 70_000),
         ),
         (
             "furnace/report/three-segments",
@@ -198,11 +197,11 @@ fn reports() -> Vec<FamilyTrial<EstimatorSubject>> {
             0.9,
             0.1,
             3,
-            1_000_000,
+            Draws::scrambles(16, 14_500),
         ),
     ]
     .into_iter()
-    .map(|(name, consequence, a, absorption, segments, samples)| {
+    .map(|(name, consequence, a, absorption, segments, draws)| {
         let scene = sphere_furnace(lambert(a), absorption);
         let m = cut(a, segments);
         let (property, equation) = if segments == MANY_SEGMENTS {
@@ -222,7 +221,7 @@ fn reports() -> Vec<FamilyTrial<EstimatorSubject>> {
             inside as Rays,
         )
         .states(property, consequence)
-        .by_rays(m, BOUNCES_DELTA, samples)
+        .by_draws(m, BOUNCES_DELTA, draws)
     })
     .collect()
 }
@@ -256,18 +255,18 @@ fn cavities() -> Vec<FamilyTrial<EstimatorSubject>> {
             "light that a lamp itself reflects is lost or counted twice",
             "reflecting",
             Cap::Reflecting,
-            2_100_000,
+            Draws::scrambles(64, 14_500),
         ),
         (
             "furnace/cavity/black",
             "the light of a small bright window is counted twice or lost in a room",
             "black",
             Cap::Black,
-            970_000,
+            Draws::Rays(970_000),
         ),
     ]
     .into_iter()
-    .map(|(name, consequence, what, cap, samples)| {
+    .map(|(name, consequence, what, cap, draws)| {
         let reference = off_cap_radiance(rho, cap);
         radiance(
             name,
@@ -280,7 +279,7 @@ fn cavities() -> Vec<FamilyTrial<EstimatorSubject>> {
             format!("off a {what} cap the radiance in a cavity of albedo {rho} is {reference:.6}"),
             consequence,
         )
-        .by_rays(reference, BOUNCES_DELTA, samples)
+        .by_draws(reference, BOUNCES_DELTA, draws)
     })
     .collect()
 }
@@ -291,7 +290,7 @@ fn skies() -> Vec<FamilyTrial<EstimatorSubject>> {
     let visible = 1.0 - polygon_irradiance(&WALL) / PI;
     let property = format!("a floor under a sky that a wall hides in part reflects {visible:.6}");
     let rough = rough_floor();
-    let grazing = |_: &mut Stream| ray_to_origin_at(75f64.to_radians());
+    let grazing = |_: &mut SampleStream| ray_to_origin_at(75f64.to_radians());
     let albedo = oren_nayar_albedo(OrenNayar::new(SIGMA), 75f64.to_radians());
     vec![
         radiance(
@@ -305,7 +304,7 @@ fn skies() -> Vec<FamilyTrial<EstimatorSubject>> {
             property.clone(),
             "a wall takes too much or too little skylight from the floor by it when path traced",
         )
-        .by_scrambles(visible, CLOSED_FORM_DELTA, 140_000),
+        .by_scrambles(visible, CLOSED_FORM_DELTA, 64, 11_000),
         radiance(
             "furnace/sky/report",
             &HEMISPHERE_PHI,
@@ -317,7 +316,7 @@ fn skies() -> Vec<FamilyTrial<EstimatorSubject>> {
             property,
             "the report's method lets a wall take too much or too little skylight from a floor",
         )
-        .by_scrambles(visible, CLOSED_FORM_DELTA, 250_000),
+        .by_scrambles(visible, CLOSED_FORM_DELTA, 64, 23_500),
         radiance(
             "furnace/sky/oren-nayar",
             &OREN_NAYAR,
@@ -329,7 +328,7 @@ fn skies() -> Vec<FamilyTrial<EstimatorSubject>> {
             format!("at 75° an Oren-Nayar floor reflects {albedo:.6} of a white sky"),
             "plaster floors are too bright or too dark far from the eye",
         )
-        .by_scrambles(albedo, CLOSED_FORM_DELTA, 38_000),
+        .by_scrambles(albedo, CLOSED_FORM_DELTA, 16, 38_000),
         radiance(
             "furnace/sky/eon",
             &EON_MULTIPLE,

@@ -91,7 +91,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             ),
             "a window pane seen at a slant is too dark or too clear",
         )
-        .by_scrambles(through(r), CLOSED_FORM_DELTA, 140_000),
+        .by_scrambles(through(r), CLOSED_FORM_DELTA, 64, 17_000),
         radiance(
             "glass/prism",
             &FRESNEL,
@@ -106,7 +106,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             ),
             "the view through a prism or a periscope is too dark or in the wrong place",
         )
-        .by_scrambles(through(r0) * LIGHT, CLOSED_FORM_DELTA, 120_000),
+        .by_scrambles(through(r0) * LIGHT, CLOSED_FORM_DELTA, 64, 13_500),
         trial(
             "glass/vanishing",
             "a sphere of index 1 before lights leaves the image as it is",

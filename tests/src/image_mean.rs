@@ -6,9 +6,9 @@ use whitefurnace::integrator::{Bdpt, Connections, ImageEstimator, LightTracer};
 use whitefurnace::sampling::sampler::{ImagePass, SamplerKind};
 
 use crate::images::not_a_film;
+use crate::mean_radiance::scramble_means;
 use crate::prelude::*;
 use crate::scenes::mean_channel;
-use crate::subject::estimates;
 
 /// An estimator of whole images.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -209,28 +209,24 @@ pub fn image_of_regions(
 /// Compares the mean of the image with the path tracer's.
 struct SameAsPath {
     passes: Passes,
-    frames: u64,
+    scrambles: u64,
     delta: f64,
 }
+
+/// Camera rays per scramble of the path tracer.
+const POINTS: u16 = 64;
 
 impl Property for SameAsPath {
     fn run(&self, context: &Context, setup: Configuration<'_>) -> Vec<Outcome> {
         let Passes { scene, frame, .. } = &self.passes;
-        let [width, height] = *frame;
-        let mut pixels = (0..width * height).cycle();
-        // One camera ray through a random point of each pixel in turn.
-        let ray = |rng: &mut Stream| {
-            let pixel = pixels.next().expect("at least one pixel");
+        let [width, height] = frame.map(f64::from);
+        let ray = |rng: &mut SampleStream| {
             let [x, y] = uniform2(rng);
-            let [column, row] = [pixel % width, pixel / width].map(f64::from);
-            scene.camera().ray(*frame, column + x, row + y)
+            scene.camera().ray(*frame, width * x, height * y)
         };
         let (seed, by) = (context.seed_of("path tracer"), Box::new(Path::default()));
-        let mut radiance = estimates(seed, scene, by, ray);
-        let path = Values::collect(0.0, context.n(self.frames), || {
-            let sum: DVec3 = (0..width * height).map(|_| radiance()).sum();
-            mean_channel(scene, sum) / f64::from(width * height)
-        });
+        let means = scramble_means(seed, POINTS, scene, by, ray);
+        let path = Values::collect(0.0, context.n(self.scrambles), means);
         let mean = path.moments.mean();
         let regions = [(whole(self.delta), mean)];
         let means = self.passes.means(context, setup.parts, &regions);
@@ -244,20 +240,20 @@ impl Property for SameAsPath {
     }
 }
 
-/// Returns a trial of equality with the path tracer, which renders `frames` frames of one sample
-/// per pixel; `delta` is relative to its mean.
+/// Returns a trial of equality with the path tracer, whose mean is over so many scrambles of camera
+/// rays; `delta` is relative to it.
 pub fn same_as_path(
     name: &'static str,
     property: impl Into<String>,
     consequence: &'static str,
     equation: &'static Equation,
     passes: &Passes,
-    frames: u64,
+    scrambles: u64,
     delta: f64,
 ) -> FamilyTrial<EstimatorSubject> {
     let same = SameAsPath {
         passes: passes.clone(),
-        frames,
+        scrambles,
         delta,
     };
     trial(

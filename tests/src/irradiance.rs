@@ -5,7 +5,6 @@ use whitefurnace::integrator::Heuristic;
 use whitefurnace::light::light_sampler::PowerLightSampler;
 
 use crate::form_factors;
-use crate::mean_radiance::Draws;
 use crate::prelude::*;
 use crate::scenes::{
     FLOOR, LIGHT, NEAR, RECTANGLE, SMALL_LIGHT, TRIANGLE, corners, half_hidden_light, near_light,
@@ -101,7 +100,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
         irradiance: three(),
         what: "three lights of different size and radiance",
     };
-    let by = |name, consequence, light, kind, equation, scrambles| {
+    let by = |name, consequence, light, kind, equation, draws| {
         lit(
             name,
             consequence,
@@ -109,7 +108,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
             kind,
             |_| ray_to_origin(),
             equation,
-            Draws::Scrambles(scrambles),
+            draws,
         )
     };
     vec![
@@ -119,7 +118,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
             &square,
             Path,
             &GEOMETRY,
-            32_000,
+            Draws::scrambles(16, 32_000),
         ),
         by(
             "irradiance/rectangle-report",
@@ -127,7 +126,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
             &square,
             Report(2),
             &GEOMETRY,
-            11_000,
+            Draws::scrambles(16, 11_000),
         ),
         by(
             "irradiance/rectangle-whitted",
@@ -135,7 +134,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
             &square,
             Whitted(7),
             &WHITTED,
-            11_000,
+            Draws::scrambles(16, 11_000),
         ),
         by(
             "irradiance/half-hidden",
@@ -143,7 +142,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
             &hidden,
             Path,
             &GEOMETRY,
-            760_000,
+            Draws::scrambles(64, 11_500),
         ),
         by(
             "irradiance/behind",
@@ -151,7 +150,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
             &away,
             Path,
             &GEOMETRY,
-            11_000,
+            Draws::scrambles(16, 11_000),
         ),
         by(
             "irradiance/triangle",
@@ -159,7 +158,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
             &triangle,
             Path,
             &GEOMETRY,
-            70_000,
+            Draws::scrambles(64, 9_000),
         ),
         by(
             "irradiance/sphere",
@@ -167,7 +166,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
             &sphere,
             Path,
             &GEOMETRY,
-            52_000,
+            Draws::scrambles(16, 52_000),
         ),
         by(
             "irradiance/three-lights",
@@ -175,7 +174,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
             &three,
             Path,
             &ESTIMATOR,
-            160_000,
+            Draws::scrambles(64, 12_500),
         ),
     ]
 }
@@ -187,7 +186,7 @@ fn strategies() -> Vec<FamilyTrial<EstimatorSubject>> {
         let property = format!("{how} alone: a floor reflects {reference:.6} of a square light");
         let both = radiance(name, &MIS, scene, EstimatorKind::Path, |_| ray_to_origin())
             .states(property, consequence)
-            .by_scrambles(reference, CLOSED_FORM_DELTA, scrambles);
+            .by_scrambles(reference, CLOSED_FORM_DELTA, 16, scrambles);
         with_altered_parts(both, alone)
     };
     // A horizontal direction has pdf 0, so the path ends after its shadow ray.

@@ -4,12 +4,13 @@
 //! The numbers of rays follow from δ and the noise of the estimator: the
 //! [guard](whitefurnace::harness::guard) refuses a trial that could not detect its δ.
 
+use rand::Rng;
 use whitefurnace::sampling::rng::stream;
-use whitefurnace::sampling::sampler::{Sobol, scramble};
+use whitefurnace::sampling::sampler::{SampleStream, Sobol, scramble};
 
 use crate::prelude::*;
 use crate::scenes::mean_channel;
-use crate::subject::in_batches;
+use crate::subject::{in_batches, sample};
 
 /// Relative δ of single estimators with closed forms.
 pub const CLOSED_FORM_DELTA: f64 = 0.003;
@@ -76,16 +77,23 @@ pub struct MeanRadiance {
 pub enum Draws {
     /// This many rays with independent random numbers.
     Rays(u64),
-    /// This many means of [`POINTS`] rays, each over the points of one scrambled Sobol' sequence.
+    /// Means over the points of one scrambled Sobol' sequence each, which choose the ray as well.
     /// Each point alone is uniform, so the expectation does not depend on how an estimator uses it,
     /// while smooth estimates vary much less.
-    Scrambles(u64),
+    Scrambles {
+        /// Rays per scramble.
+        points: u16,
+        /// Number of scrambles at scale 1.
+        count: u64,
+    },
 }
 
-/// Rays per scramble.
-const POINTS: u16 = 16;
-/// Scrambles per batch.
-const BATCH_SIZE: usize = 16;
+impl Draws {
+    /// Returns [`Scrambles`](Self::Scrambles) of so many points, and their number at scale 1.
+    pub const fn scrambles(points: u16, count: u64) -> Self {
+        Self::Scrambles { points, count }
+    }
+}
 
 impl Property for MeanRadiance {
     fn run(&self, context: &Context, setup: Configuration<'_>) -> Vec<Outcome> {
@@ -99,24 +107,44 @@ impl Property for MeanRadiance {
                 let mut radiance = self.probe.radiances(setup, context.seed_of("radiance"));
                 outcome(n, &mut || mean_channel(scene, radiance()))
             }
-            Draws::Scrambles(n) => {
-                let (mut rng, seed) = (context.rng("radiance"), context.seed_of("points"));
-                let mut scrambles = 0..;
-                let mut mean = in_batches(|| {
-                    let batch = scrambles.by_ref().take(BATCH_SIZE);
-                    let points = batch.flat_map(|number| points(seed, 0, number, POINTS));
-                    let rays = points.map(|point| (ray(&mut rng), point));
-                    let radiances = kind.radiances(setup, scene, rays);
-                    let mean = |points: &[DVec3]| {
-                        let values = points.iter().map(|point| mean_channel(scene, *point));
-                        values.sum::<f64>() / f64::from(POINTS)
-                    };
-                    radiances.chunks(POINTS.into()).map(mean).collect()
-                });
-                outcome(n, &mut mean)
+            Draws::Scrambles { points, count } => {
+                let (seed, estimator) = (context.seed_of("points"), kind.estimator(setup));
+                outcome(
+                    count,
+                    &mut scramble_means(seed, points, scene, estimator, ray),
+                )
             }
         }
     }
+}
+
+/// Rays per batch of [`scramble_means`].
+const BATCH: u16 = 1024;
+
+/// Returns a source of means of the [`mean_channel`], one per call, each over rays by the points of
+/// one scrambled Sobol' sequence.
+pub fn scramble_means<'a>(
+    seed: u64,
+    count: u16,
+    scene: &'a Scene,
+    estimator: Box<dyn Estimator + 'a>,
+    mut ray: impl FnMut(&mut SampleStream) -> Ray + 'a,
+) -> impl FnMut() -> f64 + 'a {
+    let mut scrambles = 0..;
+    in_batches(move || {
+        let batch = scrambles.by_ref().take((BATCH / count).max(1).into());
+        let points = batch.flat_map(|number| points(seed, 0, number, count));
+        let mut samples = points.map(|point| {
+            let mut rng = SampleStream::from(point);
+            sample(ray(&mut rng), rng)
+        });
+        let radiances = estimator.radiances(scene, &mut samples);
+        let mean = |points: &[DVec3]| {
+            let values = points.iter().map(|point| mean_channel(scene, *point));
+            values.sum::<f64>() / f64::from(count)
+        };
+        radiances.chunks(count.into()).map(mean).collect()
+    })
 }
 
 /// Returns points of one scrambled Sobol' sequence. Strands and numbers have scrambles of their
@@ -142,7 +170,7 @@ pub fn path(kind: EstimatorKind) -> &'static str {
 }
 
 /// A source of rays into a scene, from random numbers.
-pub type Rays = fn(&mut Stream) -> Ray;
+pub type Rays = fn(&mut SampleStream) -> Ray;
 
 /// Begins a trial of the mean radiance that an estimator finds in a scene along rays.
 pub fn radiance(
@@ -199,14 +227,16 @@ impl StatedRadiance {
         self.by_draws(reference, delta, Draws::Rays(rays))
     }
 
-    /// Returns the trial by this many [scrambles](Draws::Scrambles) at scale 1.
+    /// Returns the trial by [scrambles](Draws::Scrambles) of so many points, and their number at
+    /// scale 1.
     pub fn by_scrambles(
         self,
         reference: f64,
         delta: f64,
-        scrambles: u64,
+        points: u16,
+        count: u64,
     ) -> FamilyTrial<EstimatorSubject> {
-        self.by_draws(reference, delta, Draws::Scrambles(scrambles))
+        self.by_draws(reference, delta, Draws::scrambles(points, count))
     }
 
     /// Returns the trial with this design and number of values.
@@ -244,6 +274,6 @@ pub fn largest(errors: impl Iterator<Item = f64>) -> f64 {
 }
 
 /// Samples a direction uniformly over the sphere.
-pub fn any_direction(rng: &mut Stream) -> DVec3 {
+pub fn any_direction<R: Rng + ?Sized>(rng: &mut R) -> DVec3 {
     whitefurnace::sampling::warp::sphere_zone(uniform2(rng), 1.0, [-1.0, 1.0])
 }

@@ -15,11 +15,12 @@ pub(crate) use whitefurnace::harness::trial::Context;
 pub(crate) use whitefurnace::integrator::{DefaultParts, Estimator, Parts, Path, Strategy};
 pub(crate) use whitefurnace::material::{Bsdf, Scattering};
 pub(crate) use whitefurnace::sampling::rng::{Stream, uniform, uniform2};
+pub(crate) use whitefurnace::sampling::sampler::SampleStream;
 pub(crate) use whitefurnace::scene::{Scene, SceneBuilder, Surface};
 
 pub(crate) use crate::faults::{AnyFamily, Family, FamilyTrial, Fault, TrialFn, fault, trial};
 pub(crate) use crate::mean_radiance::{
-    BOUNCES_DELTA, CLOSED_FORM_DELTA, IMAGE_DELTA, Rays, mean_of, means, radiance,
+    BOUNCES_DELTA, CLOSED_FORM_DELTA, Draws, IMAGE_DELTA, Rays, mean_of, means, radiance,
 };
 pub(crate) use crate::subject::{
     CORRECT, Configuration, EstimatorKind, EstimatorSubject, PartTable, Probe, Property, STANDARD,

@@ -380,7 +380,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             "under a sky rough glass loses the light that meets a second microfacet, and no more",
             "frosted glass under an even sky glows, or is darker than its facets explain",
         )
-        .by_rays(seen_from_outside, BOUNCES_DELTA, 1_600_000),
+        .by_scrambles(seen_from_outside, BOUNCES_DELTA, 16, 48_000),
         radiance(
             "glass/rough-by-both",
             &ROUGH_GLASS,
@@ -392,7 +392,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             "from within, directions and shadow rays find the light before and behind rough glass",
             "a lamp behind frosted glass is counted twice or not at all",
         )
-        .by_rays(LIGHT * seen_from_within, IMAGE_DELTA, 1_400_000),
+        .by_scrambles(LIGHT * seen_from_within, IMAGE_DELTA, 16, 29_000),
         radiance(
             "sky/rough-glass",
             &ROUGH_GLASS,
@@ -404,7 +404,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             "directions and shadow rays find an environment map before and behind rough glass",
             "an environment map behind frosted glass is counted twice or not at all",
         )
-        .by_rays(LIGHT * seen_from_outside, IMAGE_DELTA, 350_000),
+        .by_scrambles(LIGHT * seen_from_outside, IMAGE_DELTA, 16, 9_500),
     ]
 }
 

@@ -51,7 +51,7 @@ struct LitThroughCaster {
 }
 
 pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
-    let family_trial = |name, consequence, lit: &LitThroughCaster, kind, equation, n| {
+    let family_trial = |name, consequence, lit: &LitThroughCaster, kind, equation, draws| {
         let LitThroughCaster {
             scene,
             how,
@@ -61,7 +61,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             format!("a patch reflects {reference:.6} of a light that it sees {how} only");
         radiance(name, equation, scene, kind, near_origin)
             .states(property, consequence)
-            .by_scrambles(*reference, CLOSED_FORM_DELTA, n)
+            .by_draws(*reference, CLOSED_FORM_DELTA, draws)
     };
     let image = polygon_irradiance(&corners(DVec3::Z, 6.0));
     let mirror = LitThroughCaster {
@@ -82,7 +82,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             &mirror,
             LIGHT_ANGLE,
             &MIS,
-            73_000,
+            Draws::scrambles(64, 11_000),
         ),
         family_trial(
             "irradiance/after-mirror/mis",
@@ -90,7 +90,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             &mirror,
             MIS_ANGLE,
             &MIS,
-            73_000,
+            Draws::scrambles(64, 11_000),
         ),
         family_trial(
             "irradiance/after-mirror/by-bodies",
@@ -98,7 +98,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             &mirror,
             SPECULAR_NEE,
             &SPECULAR_SPREAD,
-            59_000,
+            Draws::scrambles(64, 11_000),
         ),
         family_trial(
             "irradiance/after-mirror/report",
@@ -106,7 +106,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             &mirror,
             REPORT,
             &RENDERING,
-            11_000,
+            Draws::scrambles(16, 11_000),
         ),
         family_trial(
             "irradiance/after-glass/mis",
@@ -114,7 +114,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             &glass,
             MIS_ANGLE,
             &REFRACTION,
-            110_000,
+            Draws::scrambles(64, 18_500),
         ),
         family_trial(
             "irradiance/after-glass/report",
@@ -122,7 +122,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             &glass,
             REPORT,
             &RENDERING,
-            90_000,
+            Draws::scrambles(64, 11_000),
         ),
     ]
 }

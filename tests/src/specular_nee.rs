@@ -124,12 +124,12 @@ fn through_lens(reflections: Range<i32>) -> f64 {
 
 pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     let level = 1.0 / (1.0 - ALBEDO);
-    let furnace = |name, consequence, what, equation, scene: &Arc<Scene>, kind, ray, samples| {
+    let furnace = |name, consequence, what, equation, scene: &Arc<Scene>, kind, ray, scrambles| {
         let property =
             format!("among {what} in a furnace of albedo {ALBEDO} the radiance is {level}");
         radiance(name, equation, scene, kind, ray)
             .states(property, consequence)
-            .by_rays(level, BOUNCES_DELTA, samples)
+            .by_scrambles(level, BOUNCES_DELTA, 16, scrambles)
     };
     let (glass, mirrors, lens) = (
         with_glass(),
@@ -152,7 +152,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             ),
             "the caustic of a glass ball is too bright or too dim by specular shadow rays",
         )
-        .by_scrambles(lit, BOUNCES_DELTA, 110_000),
+        .by_scrambles(lit, BOUNCES_DELTA, 64, 11_500),
         radiance(
             "irradiance/by-bodies/lens-four-segments",
             &SPECULAR_ANGLE,
@@ -166,7 +166,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             ),
             "a limit on bounces cuts the caustic of a glass ball, or does not limit it",
         )
-        .by_scrambles(straight, BOUNCES_DELTA, 110_000),
+        .by_scrambles(straight, BOUNCES_DELTA, 64, 12_500),
         furnace(
             "furnace/by-bodies/glass",
             "glass balls in a room change how bright it is: their caustics are counted wrongly",
@@ -175,7 +175,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             &glass,
             SPECULAR_NEE,
             inside as Rays,
-            740_000,
+            35_000,
         ),
         furnace(
             "furnace/by-bodies/mirrors",
@@ -185,7 +185,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             &mirrors,
             EstimatorKind::PathSpecularNee(Heuristic::Power),
             inside as Rays,
-            620_000,
+            28_000,
         ),
     ]
 }

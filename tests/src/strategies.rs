@@ -12,12 +12,12 @@ use whitefurnace::light::emitter::LightSampling;
 use whitefurnace::math::frame::from_spherical;
 
 use crate::irradiance::{Light, Weights, lit, reflected, three};
-use crate::mean_radiance::Draws;
+use crate::mean_radiance::scramble_means;
 use crate::prelude::*;
 use crate::scenes::{
-    FLOOR, LIGHT, NEAR, RECTANGLE, TRIANGLE, ball, corners, floor, lambert, light, mean_channel,
-    near_light, panel, polygon_irradiance, ray_to_origin_from, rectangle_light, scene,
-    sphere_irradiance, sphere_light, square, three_lights, triangle, triangle_light,
+    FLOOR, LIGHT, NEAR, RECTANGLE, TRIANGLE, ball, corners, floor, lambert, light, near_light,
+    panel, polygon_irradiance, ray_to_origin_from, rectangle_light, scene, sphere_irradiance,
+    sphere_light, square, three_lights, triangle, triangle_light,
 };
 
 /// Returns a path tracer with a strategy, a light sampling and the balance heuristic.
@@ -43,7 +43,7 @@ pub const NEAR_TRIANGLE: [DVec3; 3] = [
 pub const NEAR_SPHERE: [f64; 2] = [1.35, 1.5];
 
 /// Returns a ray to the origin from so near that no light is between.
-pub(super) fn near_origin(_: &mut Stream) -> Ray {
+pub(super) fn near_origin(_: &mut SampleStream) -> Ray {
     ray_to_origin_from(0.1)
 }
 
@@ -148,16 +148,8 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
         irradiance: polygon_irradiance(&NEAR) + (BRIGHT - 1.0) * bright,
         what: "a light of tiles",
     };
-    let by = |name, consequence, light, kind, equation, scrambles| {
-        lit(
-            name,
-            consequence,
-            light,
-            kind,
-            near_origin,
-            equation,
-            Draws::Scrambles(scrambles),
-        )
+    let by = |name, consequence, light, kind, equation, draws| {
+        lit(name, consequence, light, kind, near_origin, equation, draws)
     };
     vec![
         by(
@@ -166,7 +158,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
             &near_square,
             BSDF,
             &MIS,
-            47_000,
+            Draws::scrambles(16, 47_000),
         ),
         by(
             "irradiance/square/light-area",
@@ -174,7 +166,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
             &square,
             LIGHT_AREA,
             &GEOMETRY,
-            11_000,
+            Draws::scrambles(16, 11_000),
         ),
         by(
             "irradiance/near-square/light-angle",
@@ -182,7 +174,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
             &near_square,
             LIGHT_ANGLE,
             &LIGHT_RECTANGLE,
-            11_000,
+            Draws::scrambles(16, 11_000),
         ),
         by(
             "irradiance/near-square/mis-area",
@@ -190,7 +182,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
             &near_square,
             MIS_AREA,
             &MIS,
-            29_000,
+            Draws::scrambles(16, 29_000),
         ),
         by(
             "irradiance/near-square/mis-angle",
@@ -198,7 +190,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
             &near_square,
             MIS_ANGLE,
             &LIGHT_RECTANGLE,
-            35_000,
+            Draws::scrambles(16, 35_000),
         ),
         by(
             "irradiance/near-triangle/bsdf",
@@ -206,7 +198,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
             &near_triangle,
             BSDF,
             &MIS,
-            59_000,
+            Draws::scrambles(16, 59_000),
         ),
         by(
             "irradiance/triangle/light-area",
@@ -214,7 +206,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
             &far_triangle,
             LIGHT_AREA,
             &GEOMETRY,
-            18_000,
+            Draws::scrambles(16, 18_000),
         ),
         by(
             "irradiance/near-triangle/light-angle",
@@ -222,7 +214,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
             &near_triangle,
             LIGHT_ANGLE,
             &SOLID_ANGLE,
-            11_000,
+            Draws::scrambles(16, 11_000),
         ),
         by(
             "irradiance/near-triangle/mis-area",
@@ -230,7 +222,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
             &near_triangle,
             MIS_AREA,
             &MIS,
-            66_000,
+            Draws::scrambles(16, 66_000),
         ),
         by(
             "irradiance/near-triangle/mis-angle",
@@ -238,7 +230,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
             &near_triangle,
             MIS_ANGLE,
             &LIGHT_TRIANGLE,
-            24_000,
+            Draws::scrambles(16, 24_000),
         ),
         by(
             "irradiance/near-sphere/bsdf",
@@ -246,18 +238,17 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
             &near_sphere,
             BSDF,
             &MIS,
-            48_000,
+            Draws::scrambles(16, 48_000),
         ),
-        // By independent rays: nearly every scramble would hit the light equally often, so that the
-        // few others skew the means.
-        lit(
+        // Of sixteen points nearly every scramble would hit the light equally often, so that the few
+        // others would skew the means of a fault.
+        by(
             "irradiance/sphere/light-area",
             "globe lamps are too bright or dim: points on their far side count wrongly",
             &sphere,
             LIGHT_AREA,
-            near_origin,
             &GEOMETRY,
-            Draws::Rays(11_500_000),
+            Draws::scrambles(12, 27_000),
         ),
         by(
             "irradiance/near-sphere/light-angle",
@@ -265,7 +256,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
             &near_sphere,
             LIGHT_ANGLE,
             &LIGHT_SPHERE,
-            11_000,
+            Draws::scrambles(16, 11_000),
         ),
         by(
             "irradiance/near-sphere/mis-area",
@@ -273,7 +264,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
             &near_sphere,
             MIS_AREA,
             &MIS,
-            68_000,
+            Draws::scrambles(16, 68_000),
         ),
         by(
             "irradiance/near-sphere/mis-angle",
@@ -281,7 +272,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
             &near_sphere,
             MIS_ANGLE,
             &LIGHT_SPHERE,
-            28_000,
+            Draws::scrambles(16, 28_000),
         ),
         by(
             "irradiance/three-lights/light-angle",
@@ -289,7 +280,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
             &three,
             LIGHT_ANGLE,
             &LIGHT_RECTANGLE,
-            150_000,
+            Draws::scrambles(64, 9_500),
         ),
         by(
             "irradiance/three-lights/contribution",
@@ -297,7 +288,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
             &three,
             LIGHT_IMPORTANCE,
             &LIGHT_PICK,
-            380_000,
+            Draws::scrambles(64, 35_000),
         ),
         by(
             "irradiance/mosaic/mis",
@@ -305,7 +296,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
             &mosaic,
             MIS_IMPORTANCE,
             &LIGHT_PICK,
-            41_000,
+            Draws::scrambles(16, 41_000),
         ),
     ]
 }
@@ -349,7 +340,7 @@ fn penumbra() -> Vec<FamilyTrial<EstimatorSubject>> {
         let property = format!("in the penumbra at y = {y} the floor reflects {reference:.6}");
         radiance(name, &GEOMETRY, &scene, kind, ray)
             .states(property, consequence)
-            .by_scrambles(reference, CLOSED_FORM_DELTA, scrambles)
+            .by_scrambles(reference, CLOSED_FORM_DELTA, 16, scrambles)
     };
     vec![
         family_trial(
@@ -374,22 +365,20 @@ fn penumbra() -> Vec<FamilyTrial<EstimatorSubject>> {
 /// Compares the means of both heuristics.
 struct SameMean {
     scene: Arc<Scene>,
-    samples: u64,
+    scrambles: u64,
 }
 
 impl Property for SameMean {
     fn run(&self, context: &Context, setup: Configuration<'_>) -> Vec<Outcome> {
         let reference = reflected(polygon_irradiance(&NEAR));
         let [balance, power] = [Heuristic::Balance, Heuristic::Power].map(|heuristic| {
-            let probe = Probe {
-                scene: Arc::clone(&self.scene),
-                kind: EstimatorKind::PathWith(Strategy::Mis, LightSampling::SolidAngle, heuristic),
-                ray: near_origin,
-            };
-            let mut radiance = probe.radiances(setup, context.seed_of(&format!("{heuristic:?}")));
-            Values::collect(reference, context.n(self.samples), || {
-                mean_channel(&self.scene, radiance())
-            })
+            let kind = EstimatorKind::PathWith(Strategy::Mis, LightSampling::SolidAngle, heuristic);
+            let (seed, estimator) = (
+                context.seed_of(&format!("{heuristic:?}")),
+                kind.estimator(setup),
+            );
+            let means = scramble_means(seed, 16, &self.scene, estimator, near_origin);
+            Values::collect(reference, context.n(self.scrambles), means)
         });
         let claim = Claim::Equal {
             delta: CLOSED_FORM_DELTA * reference,
@@ -401,7 +390,7 @@ impl Property for SameMean {
 fn heuristics() -> FamilyTrial<EstimatorSubject> {
     let same = SameMean {
         scene: near_light(),
-        samples: 2_300_000,
+        scrambles: 17_000,
     };
     trial(
         "irradiance/heuristics",

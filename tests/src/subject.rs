@@ -19,13 +19,14 @@ use whitefurnace::light::emitter::{Emitter, EmitterPoint, LightSampling};
 use whitefurnace::light::environment::EnvironmentMap;
 use whitefurnace::light::light_sampler::PowerLightSampler;
 use whitefurnace::material::{Bsdf, Scattering};
-use whitefurnace::sampling::rng::{Stream, stream};
+use whitefurnace::sampling::rng::stream;
 use whitefurnace::sampling::roulette::{RR_DEPTH, Roulette};
 use whitefurnace::sampling::sampler::{SampleStream, Sampler};
 use whitefurnace::scene::Scene;
 use whitefurnace::scene::specular_casters::SpecularCaster;
 
 use crate::faults::FamilyTrial;
+use crate::mean_radiance::Rays;
 
 macro_rules! table {
     ($($group:ident {
@@ -314,7 +315,7 @@ pub struct Probe {
     /// The estimator.
     pub kind: EstimatorKind,
     /// The rays, from random numbers.
-    pub ray: fn(&mut Stream) -> Ray,
+    pub ray: Rays,
 }
 
 impl Probe {
@@ -342,12 +343,12 @@ pub fn estimates<'a>(
     seed: u64,
     scene: &'a Scene,
     estimator: Box<dyn Estimator + 'a>,
-    mut ray: impl FnMut(&mut Stream) -> Ray + 'a,
+    mut ray: impl FnMut(&mut SampleStream) -> Ray + 'a,
 ) -> impl FnMut() -> DVec3 + 'a {
     let mut next = 0;
     in_batches(move || {
         let mut samples = (next..next + BATCH).map(|i| {
-            let mut rng = stream(seed, (i >> 32) as u32, i as u32);
+            let mut rng = SampleStream::from(stream(seed, (i >> 32) as u32, i as u32));
             sample(ray(&mut rng), rng)
         });
         next += BATCH;

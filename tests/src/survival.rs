@@ -7,6 +7,7 @@ use whitefurnace::sampling::roulette::MAX_SURVIVAL;
 use whitefurnace::scene::simple::{Cap, cavity_cap};
 
 use crate::furnace::{off_cap, off_cap_radiance};
+use crate::mean_radiance::scramble_means;
 use crate::prelude::*;
 use crate::scenes::valid;
 
@@ -169,16 +170,18 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
 
 /// Albedo of the cavity in which the policies are compared.
 const RHO: f64 = 0.6;
-const PATHS: u64 = 3_700_000;
+/// Rays per scramble.
+const POINTS: u16 = 64;
+const SCRAMBLES: u64 = 27_000;
 
 /// Policies that must give the same mean as [`roulette::by_throughput`] in the cavity, with their
-/// numbers of paths: a constant, and the report's 1 − α, where the walls absorb α = 1 − ρ.
+/// numbers of scrambles: a constant, and the report's 1 − α, where the walls absorb α = 1 − ρ.
 const OTHER_POLICIES: [(&str, Survival, u64); 2] = [
-    ("survival 0.9", |_, _| 0.9, 780_000),
+    ("survival 0.9", |_, _| 0.9, 9_500),
     (
         "survival 1 − α",
         |_, _| roulette::by_absorption(1.0 - RHO),
-        PATHS,
+        50_000,
     ),
 ];
 
@@ -186,23 +189,24 @@ const OTHER_POLICIES: [(&str, Survival, u64); 2] = [
 /// the subject's components.
 fn same_mean(context: &Context, probe: &Probe, subject: EstimatorSubject) -> Vec<Outcome> {
     let reference = off_cap_radiance(RHO, Cap::Black);
-    let mut radiance = probe.radiances(
-        STANDARD.configuration(),
-        context.seed_of("survival by throughput"),
-    );
-    let by_throughput = Values::collect(reference, context.n(PATHS), || radiance().x);
+    let values = |name, subject: &EstimatorSubject, count| {
+        let estimator = probe.kind.estimator(subject.configuration());
+        let seed = context.seed_of(name);
+        let means = scramble_means(seed, POINTS, &probe.scene, estimator, probe.ray);
+        Values::collect(reference, context.n(count), means)
+    };
+    let by_throughput = values("survival by throughput", &STANDARD, SCRAMBLES);
     let claim = Claim::Equal {
         delta: BOUNCES_DELTA * reference,
     };
     OTHER_POLICIES
         .iter()
-        .map(|&(name, survival_by_throughput, paths)| {
+        .map(|&(name, survival_by_throughput, scrambles)| {
             let subject = subject.altered(|table| PartTable {
                 survival_by_throughput,
                 ..table
             });
-            let mut radiance = probe.radiances(subject.configuration(), context.seed_of(name));
-            let other = Values::collect(reference, context.n(paths), || radiance().x);
+            let other = values(name, &subject, scrambles);
             welch(name, &by_throughput, &other, claim)
         })
         .collect()

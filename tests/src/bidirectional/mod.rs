@@ -36,27 +36,39 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
 
 /// Size of a square image.
 const SQUARE: [u32; 2] = [14, 14];
-/// Size of an image whose values are so nearly symmetric that few passes are enough.
-const SMALL: [u32; 2] = [10, 10];
+/// Size of an image of which few pixels are enough.
+const SMALL: [u32; 2] = [3, 3];
 
 /// Size of a trial of images.
 #[derive(Clone, Copy)]
 struct Size {
     /// Width and height of the image.
     frame: [u32; 2],
-    /// Number of passes at scale 1.
+    /// Source of random numbers, as in [`Passes`].
+    sampler: SamplerKind,
+    /// Number of replications at scale 1.
     count: u64,
     /// Relative δ; 0 claims the mean of every single pass.
     delta: f64,
 }
 
 impl Size {
-    /// Returns this size with the δ of image means.
+    /// Returns this size for passes by independent numbers, with the δ of image means.
     const fn new(frame: [u32; 2], count: u64) -> Self {
         Self {
             frame,
+            sampler: SamplerKind::Independent,
             count,
             delta: IMAGE_DELTA,
+        }
+    }
+
+    /// Returns this size for replications of so many passes by Sobol' points, with the δ of image
+    /// means.
+    const fn sobol(frame: [u32; 2], passes: u32, count: u64) -> Self {
+        Self {
+            sampler: SamplerKind::Sobol(passes),
+            ..Self::new(frame, count)
         }
     }
 }
@@ -79,7 +91,7 @@ fn mean(
         scene,
         kind,
         frame: size.frame,
-        sampler: SamplerKind::Independent,
+        sampler: size.sampler,
         count: size.count,
     };
     image(
@@ -97,8 +109,7 @@ fn mean(
 fn direct() -> Vec<FamilyTrial<EstimatorSubject>> {
     let under_square = "a floor under a square light";
     let under_sphere = "a floor under a spherical light";
-    let floor = |name, consequence, kind, what, image, count| {
-        let size = Size::new(SQUARE, count);
+    let floor = |name, consequence, kind, what, image, size| {
         mean(name, consequence, kind, &GEOMETRY, what, image, size)
     };
     vec![
@@ -108,7 +119,7 @@ fn direct() -> Vec<FamilyTrial<EstimatorSubject>> {
             LightTracer,
             under_square,
             scenes::rectangle(false),
-            MIN_SYMMETRIC_VALUES,
+            Size::sobol([8, 8], 1, MIN_SYMMETRIC_VALUES),
         ),
         floor(
             "bidirectional/bdpt/rectangle",
@@ -116,7 +127,7 @@ fn direct() -> Vec<FamilyTrial<EstimatorSubject>> {
             Bdpt,
             under_square,
             scenes::rectangle(false),
-            8_000,
+            Size::sobol(SMALL, 4, 18_000),
         ),
         floor(
             "bidirectional/light-tracer/sphere",
@@ -124,7 +135,7 @@ fn direct() -> Vec<FamilyTrial<EstimatorSubject>> {
             LightTracer,
             under_sphere,
             scenes::sphere(),
-            20_000,
+            Size::sobol([15, 15], 1, MIN_SYMMETRIC_VALUES),
         ),
         floor(
             "bidirectional/bdpt/sphere",
@@ -132,7 +143,7 @@ fn direct() -> Vec<FamilyTrial<EstimatorSubject>> {
             Bdpt,
             under_sphere,
             scenes::sphere(),
-            MIN_SYMMETRIC_VALUES,
+            Size::sobol([4, 4], 4, MIN_SYMMETRIC_VALUES),
         ),
         mean(
             "bidirectional/bdpt/behind",
@@ -150,18 +161,21 @@ fn direct() -> Vec<FamilyTrial<EstimatorSubject>> {
             "bidirectional/light-tracer/frame",
             "a wide light-traced image gets darker or brighter towards its sides",
             LightTracer,
-            15_000,
+            SamplerKind::Sobol(1),
+            9_500,
         ),
         frame(
             "bidirectional/bdpt/frame",
             "a wide bidirectional image gets darker or brighter towards its sides",
             Bdpt,
+            SamplerKind::Independent,
             11_500,
         ),
         frame(
             "bidirectional/bdpt-ends/frame",
             "a wide image darkens at its sides when only the ends of paths are joined",
             BdptEnds,
+            SamplerKind::Sobol(1),
             11_000,
         ),
     ]
@@ -173,6 +187,7 @@ fn frame(
     name: &'static str,
     consequence: &'static str,
     kind: ImageEstimatorKind,
+    sampler: SamplerKind,
     count: u64,
 ) -> FamilyTrial<EstimatorSubject> {
     let KnownImage {
@@ -183,7 +198,7 @@ fn frame(
         scene,
         kind,
         frame: [24, 8],
-        sampler: SamplerKind::Independent,
+        sampler,
         count,
     };
     let outer = Region {
@@ -206,16 +221,15 @@ fn frame(
 /// Trials of multiple reflection: closed boxes, cavities with a cap, and a white sky.
 fn furnaces() -> Vec<FamilyTrial<EstimatorSubject>> {
     let rho = 0.75;
-    let furnace = |name, consequence, kind, frame, count| {
+    let furnace = |name, consequence, kind, size| {
         let what = "a closed furnace box of albedo 0.75";
         let image = KnownImage {
             scene: valid(furnace_box(rho)),
             mean: 1.0 / (1.0 - rho),
         };
-        let size = Size::new(frame, count);
         mean(name, consequence, kind, &RENDERING, what, image, size)
     };
-    let cavity = |name, consequence, kind, cap, frame, count| {
+    let cavity = |name, consequence, kind, cap, size| {
         let what = match cap {
             Cap::Reflecting => "a cavity of albedo 0.75 with a reflecting cap that emits",
             Cap::Black => "a cavity of albedo 0.75 with a black cap that emits",
@@ -224,10 +238,9 @@ fn furnaces() -> Vec<FamilyTrial<EstimatorSubject>> {
             scene: scenes::cavity(rho, cap),
             mean: off_cap_radiance(rho, cap),
         };
-        let size = Size::new(frame, count);
         mean(name, consequence, kind, &RENDERING, what, image, size)
     };
-    let sky = |name, consequence, count| {
+    let sky = |name, consequence, size: Size| {
         let what = "white surfaces, mirror and glass under a white sky";
         let image = KnownImage {
             scene: valid(environment()),
@@ -235,7 +248,7 @@ fn furnaces() -> Vec<FamilyTrial<EstimatorSubject>> {
         };
         let size = Size {
             delta: CLOSED_FORM_DELTA,
-            ..Size::new([24, 8], count)
+            ..size
         };
         mean(name, consequence, Bdpt, &RENDERING, what, image, size)
     };
@@ -244,44 +257,39 @@ fn furnaces() -> Vec<FamilyTrial<EstimatorSubject>> {
             "bidirectional/light-tracer/furnace-box",
             "each bounce of a particle loses or gains light: rooms are too dark or too bright",
             LightTracer,
-            [16, 12],
-            10_000,
+            Size::new([16, 12], 10_000),
         ),
         furnace(
             "bidirectional/bdpt/furnace-box",
             "a furnace is too dark or bright bidirectionally, as in mitsuba-renderer/mitsuba#80",
             Bdpt,
-            [10, 8],
-            MIN_SYMMETRIC_VALUES,
+            Size::new([10, 8], MIN_SYMMETRIC_VALUES),
         ),
         cavity(
             "bidirectional/light-tracer/cavity-reflecting",
             "a lamp that also reflects gives a light-traced room too much or too little light",
             LightTracer,
             Cap::Reflecting,
-            SQUARE,
-            23_500,
+            Size::new(SQUARE, 23_500),
         ),
         cavity(
             "bidirectional/bdpt/cavity-black",
             "a room lit by a small window is too dark or too bright bidirectionally",
             Bdpt,
             Cap::Black,
-            SMALL,
-            MIN_SYMMETRIC_VALUES,
+            Size::sobol(SMALL, 4, 13_000),
         ),
         cavity(
             "bidirectional/bdpt-ends/cavity-black",
             "leaving out connections between inner vertices darkens rooms",
             BdptEnds,
             Cap::Black,
-            SMALL,
-            MIN_SYMMETRIC_VALUES,
+            Size::sobol([4, 4], 4, 13_000),
         ),
         sky(
             "bidirectional/bdpt/environment",
             "white things stand out from a white sky: a bidirectional path loses or adds light",
-            54_000,
+            Size::new([24, 8], 54_000),
         ),
     ]
 }
@@ -325,26 +333,25 @@ fn sobol() -> Vec<FamilyTrial<EstimatorSubject>> {
             "bidirectional/bdpt/sobol",
             "eye and light paths share their Sobol' points: bidirectional images are biased",
             Bdpt,
-            [6, 4],
-            9_000,
+            [4, 2],
+            12_500,
         ),
     ]
 }
 
 /// Trials with mirror and glass between light and surface.
 fn specular() -> Vec<FamilyTrial<EstimatorSubject>> {
-    let mirror = |name, consequence, kind, count| {
+    let mirror = |name, consequence, kind, size| {
         let what = "a floor lit through a mirror";
-        let (image, size) = (scenes::mirror_caustic(), Size::new([22, 9], count));
+        let image = scenes::mirror_caustic();
         mean(name, consequence, kind, &PATH_DENSITY, what, image, size)
     };
     let (scene, eta_squared, share) = scenes::in_glass();
-    let glass = |name, consequence, kind, what, mean_radiance, frame, count| {
+    let glass = |name, consequence, kind, what, mean_radiance, size| {
         let image = KnownImage {
             scene: Arc::clone(&scene),
             mean: mean_radiance,
         };
-        let size = Size::new(frame, count);
         mean(name, consequence, kind, &REFRACTION, what, image, size)
     };
     vec![
@@ -352,13 +359,13 @@ fn specular() -> Vec<FamilyTrial<EstimatorSubject>> {
             "bidirectional/light-tracer/mirror-caustic",
             "a mirror throws a spot of the wrong brightness on a floor in light-traced images",
             LightTracer,
-            53_000,
+            Size::sobol([15, 6], 4, MIN_SYMMETRIC_VALUES),
         ),
         mirror(
             "bidirectional/bdpt/mirror-caustic",
             "light that a mirror throws on a floor is lost or counted twice bidirectionally",
             Bdpt,
-            53_000,
+            Size::sobol([5, 2], 48, 9_000),
         ),
         glass(
             "bidirectional/light-tracer/in-glass",
@@ -366,8 +373,7 @@ fn specular() -> Vec<FamilyTrial<EstimatorSubject>> {
             LightTracer,
             "a ball in glass in thermal equilibrium, which is all that a light tracer sees",
             share * eta_squared,
-            SQUARE,
-            100_000,
+            Size::sobol([16, 16], 1, 9_500),
         ),
         glass(
             "bidirectional/bdpt/in-glass",
@@ -375,8 +381,7 @@ fn specular() -> Vec<FamilyTrial<EstimatorSubject>> {
             Bdpt,
             "a ball in glass in thermal equilibrium",
             eta_squared,
-            SMALL,
-            MIN_SYMMETRIC_VALUES,
+            Size::sobol(SMALL, 4, MIN_SYMMETRIC_VALUES),
         ),
         glass(
             "bidirectional/bdpt-ends/in-glass",
@@ -384,31 +389,22 @@ fn specular() -> Vec<FamilyTrial<EstimatorSubject>> {
             BdptEnds,
             "a ball in glass in thermal equilibrium",
             eta_squared,
-            SMALL,
-            MIN_SYMMETRIC_VALUES,
+            Size::sobol(SMALL, 4, MIN_SYMMETRIC_VALUES),
         ),
     ]
 }
 
 /// Trials of equality with the path tracer where no closed form is known.
 fn equivalence() -> Vec<FamilyTrial<EstimatorSubject>> {
-    // Many small frames: the sample skewness is less noisy the more values there are.
-    let same = |name, consequence, kind, scene, frame, count, frames| {
-        let passes = Passes {
-            scene,
-            kind,
-            frame,
-            sampler: SamplerKind::Independent,
-            count,
-        };
+    let same = |name, consequence, passes: &Passes, scrambles| {
         let property = "the image has the mean of the path tracer's";
         same_as_path(
             name,
             property,
             consequence,
             &RENDERING,
-            &passes,
-            frames,
+            passes,
+            scrambles,
             IMAGE_DELTA,
         )
     };
@@ -416,20 +412,26 @@ fn equivalence() -> Vec<FamilyTrial<EstimatorSubject>> {
         same(
             "bidirectional/light-tracer/cornell",
             "the Cornell box differs by method, as in mitsuba-renderer/mitsuba3#42",
-            LightTracer,
-            scenes::cornell_box(),
-            [16, 12],
-            24_000,
-            18_000,
+            &Passes {
+                scene: scenes::cornell_box(),
+                kind: LightTracer,
+                frame: [16, 12],
+                sampler: SamplerKind::Sobol(1),
+                count: 14_000,
+            },
+            30_000,
         ),
         same(
             "bidirectional/bdpt/diffuse-room",
             "a room gets darker when rendered bidirectionally, as in yuphin/Lumen#42",
-            Bdpt,
-            scenes::diffuse_room(),
-            [8, 6],
-            16_000,
-            56_000,
+            &Passes {
+                scene: scenes::diffuse_room(),
+                kind: Bdpt,
+                frame: [4, 3],
+                sampler: SamplerKind::Sobol(4),
+                count: 11_000,
+            },
+            17_000,
         ),
     ]
 }

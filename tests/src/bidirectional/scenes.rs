@@ -96,7 +96,7 @@ const REFLECTANCE: f64 = 0.9;
 /// y, where the mirror is not.
 pub fn mirror_caustic() -> KnownImage {
     let eye = DVec3::new(0.0, 1.05, 0.8);
-    let half = [2.2, 0.9];
+    let half = [2.25, 0.9];
     let corner = DVec3::new(-0.5, -0.7, 0.9);
     let (width, depth) = (DVec3::X, 0.1 * DVec3::Y);
     let scene = seen_by(overhead(eye, half[1] / eye.z), "mirror caustic", |s| {

@@ -1,10 +1,11 @@
 //! The strategies of bidirectional path tracing: each alone against a closed form, and their MIS
 //! weights.
 
+use whitefurnace::harness::mean::MIN_SYMMETRIC_VALUES;
 use whitefurnace::integrator::Density;
 
 use crate::bidirectional::scenes::KnownImage;
-use crate::bidirectional::{SQUARE, Size, mean, scenes};
+use crate::bidirectional::{SMALL, SQUARE, Size, mean, scenes};
 use crate::image_mean::ImageEstimatorKind::Bdpt;
 use crate::prelude::*;
 use crate::subject::with_altered_parts;
@@ -20,8 +21,8 @@ fn only<const LENGTH: usize, const S: usize>(path: &[Density], s: usize) -> f64 
 
 /// Trials in which one strategy alone finds all the light of the paths that it makes.
 pub(super) fn alone() -> Vec<FamilyTrial<EstimatorSubject>> {
-    let floor = |name, consequence, what, scene, count, strategy_weight: Weight| {
-        let size = Size::new(SQUARE, count);
+    let floor = |name, consequence, what, scene, frame, strategy_weight: Weight| {
+        let size = Size::sobol(frame, 4, MIN_SYMMETRIC_VALUES);
         let family_trial = mean(name, consequence, Bdpt, &MIS, what, scene, size);
         with_altered_parts(family_trial, move |table| PartTable {
             strategy_weight,
@@ -34,7 +35,7 @@ pub(super) fn alone() -> Vec<FamilyTrial<EstimatorSubject>> {
             "bidirectional paths that run into a lamp make its surroundings too bright or dim",
             "a floor under a near light, by hits alone",
             scenes::near(),
-            7_000,
+            SMALL,
             only::<2, 0>,
         ),
         floor(
@@ -42,7 +43,7 @@ pub(super) fn alone() -> Vec<FamilyTrial<EstimatorSubject>> {
             "shadow rays of bidirectional paths make lit floors too bright or too dark",
             "a floor under a square light, by shadow rays alone",
             scenes::rectangle(false),
-            7_000,
+            [4, 4],
             only::<2, 1>,
         ),
         floor(
@@ -50,7 +51,7 @@ pub(super) fn alone() -> Vec<FamilyTrial<EstimatorSubject>> {
             "particles joined to the camera make lit floors too bright or too dark",
             "a floor under a square light, by particles that the camera sees",
             scenes::rectangle(false),
-            8_000,
+            SMALL,
             only::<2, 2>,
         ),
     ];

@@ -89,7 +89,7 @@ fn radiances() -> [DVec3; 4] {
 }
 
 /// Samples a ray from within the cavity to a point uniform on a zone.
-fn to_zone<const I: usize>(rng: &mut Stream) -> Ray {
+fn to_zone<const I: usize>(rng: &mut SampleStream) -> Ray {
     let origin = 0.4 * uniform(rng) * any_direction(rng);
     let target = sphere_zone(uniform2(rng), 1.0, ZONES[I].z);
     Ray::new(origin, (target - origin).normalize())

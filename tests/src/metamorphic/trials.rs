@@ -53,7 +53,7 @@ fn radiances(parts: Parts<'_>, side: &[Render], seed: u64, count: u64) -> Values
     for (number, Render { part, scene }) in side.iter().enumerate() {
         let path = part.technique.path(parts).expect("a path tracer");
         let seed = seed_for(seed, &format!("render {number}"));
-        let ray = |rng: &mut Stream| {
+        let ray = |rng: &mut SampleStream| {
             let [x, y] = uniform2(rng);
             let [width, height] = RESOLUTION.map(f64::from);
             scene.camera().ray(RESOLUTION, width * x, height * y)

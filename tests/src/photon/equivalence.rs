@@ -3,14 +3,18 @@
 
 use whitefurnace::harness::mean::welch;
 use whitefurnace::integrator::{Lookup, PhotonMapping};
-use whitefurnace::sampling::rng::stream;
 use whitefurnace::scene::room::diffuse;
 
+use crate::mean_radiance::{points, scramble_means};
 use crate::photon::faults::HALVED;
+use crate::photon::replications::sobol_pass;
 use crate::photon::scenes;
 use crate::prelude::*;
-use crate::scenes::valid;
-use crate::subject::{estimates, sample};
+use crate::scenes::{mean_channel, valid};
+use crate::subject::sample;
+
+/// Rays of the path tracer per scramble.
+const POINTS: u16 = 64;
 
 /// Compares the mean radiance along random rays by final gathering with that by the path tracer.
 struct SameRadiance {
@@ -20,9 +24,9 @@ struct SameRadiance {
     radius: f64,
     /// Number of maps, and of rays with each.
     maps: u64,
-    rays: u64,
-    /// Number of paths of the path tracer.
-    paths: u64,
+    rays: u16,
+    /// Number of scrambles of rays of the path tracer.
+    scrambles: u64,
     margin: f64,
 }
 
@@ -30,8 +34,8 @@ impl Property for SameRadiance {
     fn run(&self, context: &Context, setup: Configuration<'_>) -> Vec<Outcome> {
         let scene = &*self.scene;
         let path = Box::new(Path::default());
-        let mut along = estimates(context.seed_of("paths"), scene, path, self.ray);
-        let paths = Values::collect(0.0, context.n(self.paths), || along().x);
+        let means = scramble_means(context.seed_of("paths"), POINTS, scene, path, self.ray);
+        let paths = Values::collect(0.0, context.n(self.scrambles), means);
         let centre = paths.moments.mean();
         let seed = context.seed_of("maps");
         let lookup = Lookup::FinalGather {
@@ -46,17 +50,17 @@ impl Property for SameRadiance {
                 lookup,
                 self.particles,
                 self.radius,
-                (seed, index),
+                sobol_pass(seed, index),
             ) else {
                 return f64::NAN;
             };
-            let mut samples = (0..self.rays).map(|ray| {
-                let mut rng = stream(seed, index, ray as u32);
+            let mut samples = points(seed, 1, index, self.rays).map(|point| {
+                let mut rng = SampleStream::from(point);
                 sample((self.ray)(&mut rng), rng)
             });
             let seen = photons.radiances(scene, &mut samples);
             index += 1;
-            seen.iter().map(|radiance| radiance.x).sum::<f64>() / self.rays as f64
+            mean_channel(scene, seen.iter().sum()) / f64::from(self.rays)
         });
         let claim = Claim::Equivalent {
             margin: self.margin * centre,
@@ -66,7 +70,7 @@ impl Property for SameRadiance {
 }
 
 /// Samples a ray from the room's camera to a part of its floor away from objects and walls.
-fn room_floor(rng: &mut Stream) -> Ray {
+fn room_floor(rng: &mut SampleStream) -> Ray {
     let [u, v] = uniform2(rng);
     let eye = DVec3::new(12.5, 0.0, 0.0);
     let target = DVec3::new(7.0 + 3.0 * u, 4.0 * v - 2.0, -5.0);
@@ -74,7 +78,7 @@ fn room_floor(rng: &mut Stream) -> Ray {
 }
 
 /// Samples a ray from just above to the disc that the caustic covers.
-fn caustic_floor(rng: &mut Stream) -> Ray {
+fn caustic_floor(rng: &mut SampleStream) -> Ray {
     let [u, v] = uniform2(rng);
     let (sin, cos) = (TAU * v).sin_cos();
     let radius = scenes::CAUSTIC * u.sqrt();
@@ -85,11 +89,11 @@ pub(super) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     let caustic = SameRadiance {
         scene: scenes::caustic(1.5),
         ray: caustic_floor,
-        particles: 512,
+        particles: 256,
         radius: 0.05,
-        maps: 8_500,
-        rays: 128,
-        paths: 3_100_000,
+        maps: 10_000,
+        rays: 64,
+        scrambles: 20_000,
         // The blur of the caustic's edge costs about half a per cent.
         margin: 0.025,
     };
@@ -99,9 +103,9 @@ pub(super) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         particles: 1000,
         radius: 0.1,
         // So many that the skewness of so few photons within the radius does not matter.
-        maps: 5_300,
+        maps: 5_600,
         rays: 800,
-        paths: 700_000,
+        scrambles: 10_000,
         margin: 0.02,
     };
     [

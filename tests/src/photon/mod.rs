@@ -87,7 +87,7 @@ fn floors() -> Vec<FamilyTrial<EstimatorSubject>> {
             scenes::over_floor(),
             Lookup::DirectVisualization,
             whole,
-            (1, 30_000),
+            (1, MIN_SYMMETRIC_VALUES),
         ),
         floor(
             "photon/shadow-rays",
@@ -96,7 +96,7 @@ fn floors() -> Vec<FamilyTrial<EstimatorSubject>> {
             scenes::over_floor(),
             gather,
             scenes::at_point(),
-            (16, 17_600),
+            (8, MIN_SYMMETRIC_VALUES),
         ),
         floor(
             "photon/index-matched",
@@ -105,7 +105,7 @@ fn floors() -> Vec<FamilyTrial<EstimatorSubject>> {
             scenes::matched(),
             gather,
             whole,
-            (8, 40_000),
+            (8, 11_000),
         ),
         floor(
             "photon/behind",
@@ -123,7 +123,7 @@ fn floors() -> Vec<FamilyTrial<EstimatorSubject>> {
             scenes::corner(),
             Lookup::DirectVisualization,
             cut,
-            (1, 34_000),
+            (1, 9_500),
         ),
     ]
 }
@@ -149,9 +149,9 @@ fn cavities() -> Vec<FamilyTrial<EstimatorSubject>> {
     let furnace = Mapping {
         scene: sphere_furnace(lambert(albedo), 0.0),
         lookup: Lookup::DirectVisualization,
-        particles: 128,
+        particles: 64,
         radius: 0.4,
-        rays: rays(64, 1.0),
+        rays: rays(32, 1.0),
     };
     let gather = Mapping {
         scene: valid(cavity_cap(rho, Cap::Reflecting)),
@@ -159,9 +159,9 @@ fn cavities() -> Vec<FamilyTrial<EstimatorSubject>> {
             caustic_particles: 1,
             caustic_radius: 0.4,
         },
-        particles: 512,
+        particles: 256,
         radius: 0.4,
-        rays: rays(128, 0.9 - 2.0 * CAP_SHARE),
+        rays: rays(64, 0.9 - 2.0 * CAP_SHARE),
     };
     let in_furnace = format!(
         "in a spherical furnace of albedo {albedo}, where lookups on curved walls are exact,"
@@ -175,7 +175,7 @@ fn cavities() -> Vec<FamilyTrial<EstimatorSubject>> {
             in_furnace,
             furnace,
             1.0 / (1.0 - albedo),
-            10_000,
+            14_500,
         ),
         cavity(
             "photon/gather",
@@ -183,17 +183,17 @@ fn cavities() -> Vec<FamilyTrial<EstimatorSubject>> {
             off_cap,
             gather,
             off_cap_radiance(rho, Cap::Reflecting),
-            8_000,
+            MIN_SYMMETRIC_VALUES,
         ),
     ]
 }
 
 fn fluxes() -> Vec<FamilyTrial<EstimatorSubject>> {
-    let flux = |scene, kept, reference, delta, values| Mean {
+    let flux = |scene, kept, particles, reference, delta, values| Mean {
         replication: Flux {
             scene,
             kept,
-            particles: 256,
+            particles,
         },
         reference,
         delta,
@@ -219,9 +219,10 @@ fn fluxes() -> Vec<FamilyTrial<EstimatorSubject>> {
             flux(
                 glass,
                 PhotonMapKind::Caustic,
+                160,
                 caustic,
                 CLOSED_FORM_DELTA,
-                18_000,
+                MIN_SYMMETRIC_VALUES,
             ),
         ),
         family_trial(
@@ -229,7 +230,14 @@ fn fluxes() -> Vec<FamilyTrial<EstimatorSubject>> {
             balance,
             "the indirect light of a photon map is too bright or too dim everywhere",
             &PHOTON_FLUX,
-            flux(cube, PhotonMapKind::All, arriving, BOUNCES_DELTA, 9_600),
+            flux(
+                cube,
+                PhotonMapKind::All,
+                256,
+                arriving,
+                BOUNCES_DELTA,
+                10_500,
+            ),
         ),
     ]
 }
@@ -241,22 +249,22 @@ fn passes() -> Vec<FamilyTrial<EstimatorSubject>> {
     let disc =
         |index| scenes::disc_average(radius_squared(radius * radius, index).sqrt(), f64::INFINITY);
     let reference = (0..passes).map(disc).sum::<f64>() / f64::from(passes);
-    let series = |name, consequence, numbers, values| {
+    let series = |name, consequence, sampler, particles| {
         let property = format!(
             "the first {passes} passes reflect {reference:.6}, the mean over discs that shrink"
         );
         let series = Passes {
             scene: scenes::point_camera(),
             passes,
-            particles: PARTICLES / 2,
+            particles,
             radius,
-            sampler: numbers,
+            sampler,
         };
         let mean = Mean {
             replication: series,
             reference,
             delta: CLOSED_FORM_DELTA,
-            values,
+            values: 10_500,
         };
         family_trial(name, property, consequence, &PHOTON_RADIUS, mean)
     };
@@ -265,13 +273,13 @@ fn passes() -> Vec<FamilyTrial<EstimatorSubject>> {
             "photon/passes",
             "progressive photon mapping stays as blurred, or as noisy, after many passes",
             SamplerKind::Independent,
-            MIN_SYMMETRIC_VALUES,
+            32,
         ),
         series(
             "photon/sobol",
             "progressive photon mapping by Sobol' points settles on a wrong brightness",
             SamplerKind::Sobol(passes),
-            MIN_SYMMETRIC_VALUES,
+            8,
         ),
     ]
 }

@@ -2,9 +2,9 @@
 
 use whitefurnace::integrator::photon::photon_map::{PhotonMap, PhotonMapKind};
 use whitefurnace::integrator::{ImageEstimator, Lookup, PhotonMapping, Sppm};
-use whitefurnace::sampling::rng::stream;
 use whitefurnace::sampling::sampler::{ImagePass, SamplerKind};
 
+use crate::mean_radiance::points;
 use crate::prelude::*;
 use crate::scenes::mean_channel;
 use crate::subject::sample;
@@ -63,6 +63,16 @@ pub(super) fn family_trial<T: Replication>(
     )
 }
 
+/// Returns a pass whose particles are the points of one scrambled Sobol' sequence.
+pub(super) fn sobol_pass(seed: u64, index: u32) -> ImagePass {
+    let sampler = SamplerKind::Sobol(1);
+    ImagePass {
+        sampler,
+        seed,
+        index,
+    }
+}
+
 /// First channel of the mean radiance along some rays, by a map of its own.
 pub(super) struct Mapping {
     pub scene: Arc<Scene>,
@@ -82,12 +92,13 @@ impl Replication for Mapping {
             self.lookup,
             self.particles,
             self.radius,
-            (seed, index),
+            sobol_pass(seed, index),
         ) else {
             return f64::NAN;
         };
-        let rays = (0..).zip(&self.rays);
-        let mut samples = rays.map(|(number, &ray)| sample(ray, stream(seed, index, number)));
+        let count = self.rays.len() as u16;
+        let rays = self.rays.iter().zip(points(seed, 1, index, count));
+        let mut samples = rays.map(|(&ray, point)| sample(ray, point));
         let seen = photons.radiances(&self.scene, &mut samples);
         let sum: f64 = seen
             .into_iter()
@@ -108,7 +119,8 @@ impl Replication for Flux {
     const SUBJECT: &'static str = "estimator::photon_map::PhotonMap";
 
     fn value(&self, parts: Parts<'_>, seed: u64, index: u32) -> f64 {
-        let map = PhotonMap::new(parts, &self.scene, self.kept, self.particles, (seed, index));
+        let pass = sobol_pass(seed, index);
+        let map = PhotonMap::new(parts, &self.scene, self.kept, self.particles, pass);
         map.map_or(f64::NAN, |map| {
             mean_channel(&self.scene, map.photons().map(|photon| photon.flux).sum())
         })

@@ -25,7 +25,7 @@ fn by_quadrature(domain: Domain, corner: DVec3, [a, b]: [DVec3; 2]) -> f64 {
 }
 
 /// Returns a ray to the origin from so near that little can come between.
-fn ray_from_close_by(_: &mut Stream) -> Ray {
+fn ray_from_close_by(_: &mut SampleStream) -> Ray {
     ray_to_origin_from(4e-4)
 }
 

@@ -57,7 +57,7 @@ const RAYS: u64 = 50;
 
 impl Property for Known {
     fn run(&self, context: &Context, setup: Configuration<'_>) -> Vec<Outcome> {
-        let mut rng = context.rng("rays");
+        let mut rng = SampleStream::from(context.rng("rays"));
         let solved =
             solve(setup, &self.scene, self.patches).map(|solved| solved.read(self.read_out));
         let mut deviation = |&(ray, reference): &KnownRay| {
@@ -117,7 +117,7 @@ impl Property for SameRoom {
 
 /// Samples a ray from within a box towards points so near to its edges and corners that patches
 /// look huge.
-fn into_corners(rng: &mut Stream) -> Ray {
+fn into_corners(rng: &mut SampleStream) -> Ray {
     let origin = DVec3::new(0.1, 0.2, -0.3);
     let corner = any_direction(rng).signum();
     let mut target = (1.0 - 1e-5) * corner;
@@ -129,7 +129,7 @@ fn into_corners(rng: &mut Stream) -> Ray {
 }
 
 fn furnaces() -> Vec<FamilyTrial<EstimatorSubject>> {
-    let outside = |rng: &mut Stream| Ray::new(DVec3::new(1.5, 1.4, -1.6), any_direction(rng));
+    let outside = |rng: &mut SampleStream| Ray::new(DVec3::new(1.5, 1.4, -1.6), any_direction(rng));
     let box_of = |name, walls: &[(f64, Surface)]| {
         scene(name, |s| {
             for &(half, surface) in walls {
