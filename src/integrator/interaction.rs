@@ -12,7 +12,7 @@ use crate::geometry::offsets::{RayOrigin, inner_point};
 use crate::geometry::shape::{Hit, Ray, outward};
 use crate::material::{Bsdf, OrenNayar, OrenNayarForm, Vertex, fresnel, lambert, oren_nayar};
 use crate::math::real::{Mask, Real, Vector};
-use crate::math::simd::Wide;
+use crate::math::simd::{Wide, map_array};
 use crate::sampling::warp;
 use crate::scene::Scene;
 use crate::scene::lanes::material::{
@@ -189,7 +189,7 @@ impl<'a, R: Wide<N>, const N: usize> SurfaceInteraction<'a, R, N> {
     /// Computes the surface interactions of hits; the scene has at least one primitive.
     #[inline]
     pub fn new(lanes: LaneScene<'a, R, N>, ray: &Ray<R::Vector>, found: &PacketHit<R, N>) -> Self {
-        let primitives = found.primitive.map(|primitive| lanes.primitive(primitive));
+        let primitives = map_array(found.primitive, |primitive| lanes.primitive(primitive));
         let [
             shape @ ..,
             red,
@@ -203,7 +203,7 @@ impl<'a, R: Wide<N>, const N: usize> SurfaceInteraction<'a, R, N> {
             _,
             _,
             _,
-        ] = R::transpose(primitives.map(|primitive| &primitive.numbers));
+        ] = R::transpose(map_array(primitives, |primitive| &primitive.numbers));
         let is = |kind| of_kind(&primitives, lanes.data.kinds, kind, found.hit_mask);
         let (point, normal) = point_and_normal(shape, is(SPHERE), ray, found);
         Self {
@@ -246,7 +246,7 @@ impl<'a, R: Wide<N>, const N: usize> SurfaceInteraction<'a, R, N> {
     #[inline]
     pub fn hit(&self, lane: usize, primitive: u32) -> Hit {
         let (part, t) = (self.primitives[lane], self.t.lane(lane));
-        let [point, normal] = [self.vertex.point, self.normal].map(|v| v.lane(lane));
+        let [point, normal] = map_array([self.vertex.point, self.normal], |v| v.lane(lane));
         Hit {
             t,
             point,
@@ -405,7 +405,7 @@ fn point_and_normal<R: Wide<N>, const N: usize>(
     ray: &Ray<R::Vector>,
     found: &PacketHit<R, N>,
 ) -> (R::Vector, R::Vector) {
-    let corners = [[a, b, c], [d, e, f], [g, h, i]].map(R::Vector::of);
+    let corners = map_array([[a, b, c], [d, e, f], [g, h, i]], R::Vector::of);
     let (point, normal) = (
         inner_point(corners, found.weights, radius),
         R::Vector::of([x, y, z]),

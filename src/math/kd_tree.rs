@@ -150,13 +150,11 @@ impl<T> KdTree<T> {
             }));
             let distances_squared = (points - Lanes3::splat_vector(centre)).length_squared();
             let far = distances_squared.cmpgt(Lanes::splat(radius_squared)).bits();
-            for (i, value) in self.values[first..range.end.min(first + LANES)]
-                .iter()
-                .enumerate()
-            {
-                if far >> i & 1 == 0 {
-                    visit(value);
-                }
+            let values = &self.values[first..range.end.min(first + LANES)];
+            let mut near = !far & ((1 << values.len()) - 1);
+            while near != 0 {
+                visit(&values[near.trailing_zeros() as usize]);
+                near &= near - 1;
             }
         }
     }

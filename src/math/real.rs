@@ -143,13 +143,15 @@ pub trait Vector:
     /// Returns the vector of a lane.
     #[inline]
     fn lane(self, lane: usize) -> DVec3 {
-        DVec3::from_array(self.components().map(|component| component.lane(lane)))
+        let [x, y, z] = self.components();
+        DVec3::new(x.lane(lane), y.lane(lane), z.lane(lane))
     }
 
     /// Creates a vector that is the same for every ray.
     #[inline]
     fn splat_vector(value: DVec3) -> Self {
-        Self::of(value.to_array().map(Real::splat))
+        let [x, y, z] = value.to_array();
+        Self::of([Real::splat(x), Real::splat(y), Real::splat(z)])
     }
     /// Returns the vector whose components are 0.
     #[inline]
@@ -160,8 +162,8 @@ pub trait Vector:
     #[inline]
     fn is_zero(self) -> MaskOf<Self> {
         let zero = Self::Real::splat(0.0);
-        let [x, y, z] = self.components().map(|component| component.cmpeq(zero));
-        x & y & z
+        let [x, y, z] = self.components();
+        x.cmpeq(zero) & y.cmpeq(zero) & z.cmpeq(zero)
     }
     /// Returns the scalar product.
     #[inline]

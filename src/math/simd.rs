@@ -56,6 +56,22 @@ pub trait Wide<const N: usize>: Real<Vector: PermuteAxes> {
     }
 }
 
+/// Applies a function to each of at least one element, as [`array::map`], which is not always
+/// inlined.
+#[inline]
+pub(crate) fn map_array<T: Copy, U: Copy, const N: usize>(
+    array: [T; N],
+    f: impl Fn(T) -> U,
+) -> [U; N] {
+    let mut mapped = [f(array[0]); N];
+    let mut i = 1;
+    while i < N {
+        mapped[i] = f(array[i]);
+        i += 1;
+    }
+    mapped
+}
+
 /// Cache-line-aligned array: the row of one lane is gathered with a few loads.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
@@ -231,7 +247,7 @@ macro_rules! lanes {
                         components[k][i] = <$scalar>::rounded(vector[k]);
                     }
                 }
-                Lanes3::of(components.map(Self::from_array))
+                Lanes3::of(map_array(components, Self::from_array))
             }
             #[inline]
             fn lane(self, lane: usize) -> f64 {
@@ -310,12 +326,12 @@ macro_rules! lanes {
                     for first in (0..$count).step_by(PART) {
                         let row = |i: usize| <$part>::new(rows[first + i].0.as_chunks().0[square]);
                         let transposed = <$part>::transpose(from_fn(row));
-                        for (column, part) in columns.iter_mut().zip(transposed) {
-                            column[first..first + PART].copy_from_slice(part.as_array());
+                        for i in 0..PART {
+                            columns[i].as_chunks_mut().0[first / PART] = transposed[i].to_array();
                         }
                     }
                 }
-                columns.map(Self::from_array)
+                map_array(columns, Self::from_array)
             }
         }
     };
@@ -329,7 +345,7 @@ macro_rules! singles {
         pub struct $number($wide);
 
         lanes!($number, $number, (|number: $number| number.0), $wide, f32, u32, $count, $number, $mask, true, $part,
-            (|number: $wide| number.fast_trunc_int().to_array().map(i32::cast_unsigned)));
+            (|number: $wide| map_array(number.fast_trunc_int().to_array(), i32::cast_unsigned)));
 
         singles!(operator $number, Add, add, +);
         singles!(operator $number, Sub, sub, -);
@@ -378,7 +394,7 @@ lanes!(
     LaneMask,
     false,
     f64x4,
-    (|number: Lanes| number.lanes().map(last_bits))
+    (|number: Lanes| map_array(number.lanes(), last_bits))
 );
 lanes!(
     Four,
@@ -392,7 +408,7 @@ lanes!(
     FourMask,
     false,
     f64x4,
-    (|number: Four| number.lanes().map(last_bits))
+    (|number: Four| map_array(number.lanes(), last_bits))
 );
 
 singles! {

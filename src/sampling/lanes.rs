@@ -12,7 +12,7 @@ use super::sampler::{
     unscrambled,
 };
 use crate::math::real::{Mask, Real};
-use crate::math::simd::{SINGLES, Scalar, Wide, lanes_of};
+use crate::math::simd::{SINGLES, Scalar, Wide, lanes_of, map_array};
 
 /// A sample: its pixel in the frame, its replication, and its index within the replication.
 #[derive(Clone, Copy, Debug, Default)]
@@ -95,7 +95,7 @@ impl<R: Wide<N>, const N: usize> PixelSampler<R> for LaneStreams<N> {
 impl<R: Wide<N>, const N: usize> LaneSampler<R> for LaneStreams<N> {
     #[inline]
     fn uniform(&mut self, drawing: R::Mask) -> R {
-        R::from_array(self.draw_bits(drawing.bits()).map(R::Scalar::unit))
+        R::from_array(map_array(self.draw_bits(drawing.bits()), R::Scalar::unit))
     }
     #[inline]
     fn next_bits(&mut self, lane: usize) -> u64 {
@@ -246,10 +246,10 @@ impl<const N: usize> LaneSobol<N> {
 impl<R: Wide<N>, const N: usize> LaneSampler<R> for LaneSobol<N> {
     #[inline]
     fn uniform(&mut self, drawing: R::Mask) -> R {
-        R::from_array(
-            self.draw_bits(drawing.bits(), R::IS_SINGLE)
-                .map(R::Scalar::unit),
-        )
+        R::from_array(map_array(
+            self.draw_bits(drawing.bits(), R::IS_SINGLE),
+            R::Scalar::unit,
+        ))
     }
     #[inline]
     fn next_bits(&mut self, lane: usize) -> u64 {
@@ -290,7 +290,7 @@ impl<S: Sampler, R: Wide<N>, const N: usize> LaneSampler<R> for Sources<S, N> {
         for lane in lanes_of(drawing.bits()) {
             bits[lane] = self.next(lane);
         }
-        R::from_array(bits.map(R::Scalar::unit))
+        R::from_array(map_array(bits, R::Scalar::unit))
     }
     #[inline]
     fn next_bits(&mut self, lane: usize) -> u64 {

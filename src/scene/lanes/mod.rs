@@ -20,7 +20,7 @@ use crate::geometry::offsets::{EDGE_MARGIN, RayOrigin};
 use crate::geometry::shape::{Ray, Sphere};
 use crate::geometry::watertight::Shear;
 use crate::math::real::{Mask, Real, Vector};
-use crate::math::simd::{Scalar, Wide};
+use crate::math::simd::{Scalar, Wide, map_array};
 use walls::HullWalls;
 
 pub(crate) use data::{CasterData, PrimitiveData};
@@ -314,9 +314,11 @@ fn is_coherent<R: Wide<N>, const N: usize>(direction: R::Vector, active: R::Mask
 /// Returns the ray of each lane.
 #[inline]
 fn rays<R: Wide<N>, const N: usize>(ray: &Ray<R::Vector>) -> [Ray; N] {
-    let [origins, directions] = [ray.origin, ray.direction].map(|v| v.components().map(R::lanes));
+    let [origins, directions] = map_array([ray.origin, ray.direction], |v| {
+        map_array(v.components(), R::lanes)
+    });
     let of = |components: [[R::Scalar; N]; 3], i: usize| {
-        DVec3::from_array(components.map(|lanes| lanes[i].into()))
+        DVec3::from_array(map_array(components, |lanes| lanes[i].into()))
     };
     from_fn(|i| Ray::new(of(origins, i), of(directions, i)))
 }

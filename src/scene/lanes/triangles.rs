@@ -7,7 +7,7 @@ use glam::DVec3;
 use crate::geometry::hull::MAX_PRIMITIVES;
 use crate::geometry::watertight::{LaneShear, Projected, TriangleHit, edge, in_bounds};
 use crate::math::real::{Mask, Real};
-use crate::math::simd::{Scalar, Wide};
+use crate::math::simd::{Scalar, Wide, map_array};
 
 /// A primitive in a list that all lanes test.
 pub(super) struct ListedPrimitive<T, S> {
@@ -94,7 +94,7 @@ impl<T: Scalar> Triangles<T> {
             .zip(projected.vertices.iter_mut())
             .zip(&mut projected.out_of_range)
         {
-            *projected = shear.project(vertex.map(R::splat_scalar));
+            *projected = shear.project(map_array(*vertex, R::splat_scalar));
             let distance = shear.distance(projected[2]);
             *out_of_range = distance.cmplt(zero).bits();
             if let Some(limit) = limit {
@@ -172,7 +172,8 @@ impl<T: Scalar> Triangles<T> {
             .iter()
             .fold(none, |within, &(index, lanes)| {
                 let vertices = self.list[usize::from(index)].shape.vertices;
-                let vertices = vertices.map(|vertex| projected.vertices[usize::from(vertex)]);
+                let vertices =
+                    map_array(vertices, |vertex| projected.vertices[usize::from(vertex)]);
                 within | R::Mask::from_bits(lanes) & in_bounds(vertices)
             })
     }

@@ -13,7 +13,7 @@ use crate::geometry::offsets::{OFFSET, SINGLE_EDGE_MARGIN};
 use crate::geometry::shape::Ray;
 use crate::geometry::watertight::{LaneShear, TriangleHit};
 use crate::math::real::{Mask, Real, Vector};
-use crate::math::simd::{AlignedArray, Scalar, Wide};
+use crate::math::simd::{AlignedArray, Scalar, Wide, map_array};
 use crate::scene::{PrimitiveShape, Scene};
 
 /// Distance from edges below which an exit is not decided, relative to the largest coordinate of
@@ -133,7 +133,7 @@ impl<T: Scalar> HullWalls<T> {
         }
         let (zero, never) = (R::splat(0.0), R::splat(f64::INFINITY));
         let margin = R::by_precision(self.extent * MARGIN, self.extent * SINGLE_MARGIN);
-        let [x, y, z] = ray.direction.components().map(R::abs);
+        let [x, y, z] = map_array(ray.direction.components(), R::abs);
         let scale = x.maximum(y).maximum(z);
         let steep = scale * MIN_COSINE;
         // Each ray leaves through `wall` between `begin_exit` and `end_exit`, and through no other
@@ -143,7 +143,7 @@ impl<T: Scalar> HullWalls<T> {
             let normal = R::Vector::splat_vector(slab.normal);
             let (height, rise) = (normal.dot(ray.origin), normal.dot(ray.direction));
             let falls = rise.cmplt(zero);
-            let [top, bottom] = slab.ends.map(R::splat);
+            let [top, bottom] = map_array(slab.ends, R::splat);
             let distance = R::select(falls, bottom + height, top - height);
             let speed = rise.abs();
             let inverse = speed.maximum(steep).recip();
@@ -163,7 +163,9 @@ impl<T: Scalar> HullWalls<T> {
         let point = ray.at((begin_exit + end_exit) * 0.5);
         let width = (end_exit - begin_exit) * scale;
         let [a, b, c, d, e, f, g, h, i, j, k, l, triangles @ ..] =
-            R::transpose(wall.to_u32().map(|place| &self.walls[place as usize].0));
+            R::transpose(map_array(wall.to_u32(), |place| {
+                &self.walls[place as usize].0
+            }));
         let (mut primitive, mut clear) = (triangles[3], zero.cmpeq(zero));
         for (n, line) in [[a, b, c, d], [e, f, g, h], [i, j, k, l]]
             .into_iter()
@@ -175,11 +177,9 @@ impl<T: Scalar> HullWalls<T> {
             primitive = R::select(above.cmplt(zero), triangles[n], primitive);
             clear = clear & above.abs().cmpgt(width);
         }
-        let numbers = R::transpose(
-            primitive
-                .to_u32()
-                .map(|place| &primitives[place as usize].numbers),
-        );
+        let numbers = R::transpose(map_array(primitive.to_u32(), |place| {
+            &primitives[place as usize].numbers
+        }));
         let corner =
             |k: usize| shear.project([numbers[3 * k], numbers[3 * k + 1], numbers[3 * k + 2]]);
         let mut hit = shear.hit([&corner(0), &corner(1), &corner(2)]);
