@@ -160,8 +160,8 @@ struct WhiteFurnace(Arc<Scene>);
 
 const SKY: DVec3 = DVec3::new(1.0, 3.0, 0.5);
 
-const FURNACE_SIZE: [u32; 2] = [48, 16];
-const FURNACE_REPLICATIONS: u64 = 19_000;
+const FURNACE_SIZE: [u32; 2] = [24, 8];
+const FURNACE_REPLICATIONS: u64 = 54_000;
 
 impl Property for WhiteFurnace {
     fn run(&self, context: &Context, setup: Configuration<'_>) -> Vec<Outcome> {

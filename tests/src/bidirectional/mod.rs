@@ -381,7 +381,7 @@ fn specular() -> Vec<FamilyTrial<EstimatorSubject>> {
             Bdpt,
             "a ball in glass in thermal equilibrium",
             eta_squared,
-            Size::sobol(SMALL, 4, MIN_SYMMETRIC_VALUES),
+            Size::sobol([2, 2], 6, MIN_SYMMETRIC_VALUES),
         ),
         glass(
             "bidirectional/bdpt-ends/in-glass",
@@ -389,7 +389,7 @@ fn specular() -> Vec<FamilyTrial<EstimatorSubject>> {
             BdptEnds,
             "a ball in glass in thermal equilibrium",
             eta_squared,
-            Size::sobol(SMALL, 4, MIN_SYMMETRIC_VALUES),
+            Size::sobol([2, 2], 6, MIN_SYMMETRIC_VALUES),
         ),
     ]
 }
