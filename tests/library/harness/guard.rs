@@ -1,7 +1,10 @@
 //! Tests of the guard of the error budget at its limits: outcomes that it passes, and outcomes that
 //! it refuses.
 
-use whitefurnace::harness::guard::{FAULT_SIGMAS, MAX_FAULT_MISS, SAFETY_SIGMAS, rejection_sigmas};
+use whitefurnace::harness::guard::{
+    FAULT_SIGMAS, MAX_FAULT_MISS, SAFETY_SIGMAS, growth_to_clear_rejection, is_clearly_rejected,
+    rejection_sigmas,
+};
 use whitefurnace::harness::outcome::{DECISIVE_DIVISOR, DECISIVE_LEVEL};
 
 use super::*;
@@ -111,6 +114,32 @@ fn a_fault_needs_room_for_the_noise_of_its_skewness() {
     assert!(fault_objection(&below).is_none());
     assert!(fault_objection(&above).is_some_and(|why| why.contains("skewness")));
     assert_eq!(above.verdict(), Verdict::Fails);
+}
+
+/// Standard errors grow as the root of the sample's size, the noise of skewness falls with it: a
+/// sample that grows by less is not clearly rejected.
+#[test]
+fn a_sample_too_small_for_a_clear_rejection_says_how_small() {
+    let any = Claim::Equal { delta: 12.5 };
+    let grown = |by: f64| is_clearly_rejected(&t(10.0 * by.sqrt(), any));
+    let growth = growth_to_clear_rejection(&t(10.0, any));
+    assert!((3.0..3.5).contains(&growth), "{growth}");
+    assert!(!grown(growth) && grown(1.3 * growth));
+
+    let few = |count: f64| Outcome {
+        n: count as u64,
+        sensitivity: normal(1.0, count),
+        ..t(60.0, any)
+    };
+    let growth = growth_to_clear_rejection(&few(1000.0));
+    assert!((1.0..3.0).contains(&growth), "{growth}");
+    for (factor, is_clear) in [(0.99, false), (1.01, true)] {
+        let outcome = few(factor * growth * 1000.0);
+        assert_eq!(is_clearly_rejected(&outcome), is_clear, "{factor}");
+    }
+    assert!(growth_to_clear_rejection(&t(0.0, any)) < 1.0);
+    let failed_identity = Outcome::identity("identity", 1, 2.0, 1.0, "");
+    assert!(growth_to_clear_rejection(&failed_identity) < 1.0);
 }
 
 /// A rejection by [`FAULT_SIGMAS`] standard errors means an effect so large that another seed
