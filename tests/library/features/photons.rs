@@ -12,12 +12,14 @@ const MARGIN: f64 = 0.06;
 /// Particles of each of the images, whose number is that of samples.
 const PARTICLES: u32 = 1250;
 /// Largest relative standard error of a comparison, half as large again as the largest measured:
-/// with the margin, an error of 46 % is detected, and in most scenes one of 20 %.
-pub const MAX_RELATIVE_ERROR: f64 = 0.044;
+/// with the margin, an error of 24 % is detected.
+pub const MAX_RELATIVE_ERROR: f64 = 0.02;
 
-/// Returns whether photons make up all light of a row: that of a background is missing.
+/// Returns whether photons make up all light of a row, as that of a background is missing, and its
+/// variance is finite: shadow rays of final gathering have none in the corners of a box that emits.
 pub fn supports_photons(row: &Row) -> bool {
-    supports_images(row) && row.get("background").starts_with("closed")
+    let corners = row.is("background", "closed box") && row.is("lookup", "gather");
+    supports_images(row) && row.get("background").starts_with("closed") && !corners
 }
 
 /// How photons are looked up.
@@ -78,11 +80,12 @@ fn photons_that_are_wrong_are_seen() {
         }
     }
     let rows = table(factors(&[LOOKUPS]), supports_photons);
-    let rows = rows
-        .iter()
-        .filter(|row| row.is("lookup", "direct") && exact(row).is_some());
-    let rows: Vec<&Row> = rows.take(4).collect();
-    let is_seen = |row: &&&Row| {
+    let exact_rows = rows.iter().filter(|row| exact(row).is_some());
+    let rows: Vec<Row> = exact_rows
+        .map(|row| row.with("lookup", "direct"))
+        .take(4)
+        .collect();
+    let is_seen = |row: &&Row| {
         let scene = scene_of(row);
         let measured = by_maps(
             Parts::replaced(&Halved),
