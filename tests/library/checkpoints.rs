@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use whitefurnace::image::read::decode;
@@ -13,10 +13,6 @@ use whitefurnace::render::checkpoint::{
 };
 
 use crate::prelude::*;
-
-fn file(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_TARGET_TMPDIR")).join(name)
-}
 
 fn notes() -> Attributes {
     BTreeMap::from(
@@ -38,7 +34,7 @@ fn through(path: &Path, film: &Film) -> Film {
 
 #[test]
 fn files_keep_every_bit_of_the_sums() {
-    let path = file("unfinished-sums.exr");
+    let path = folder().join("sums.exr");
     let radiance = prop_oneof![
         point(10.0),
         point(LARGEST),
@@ -149,7 +145,7 @@ fn what_was_stopped_goes_on_to_the_same_film() {
                 .add(&scene, &mut whole, range.clone(), &|_| true)
                 .expect("rendered")
         );
-        let path = file(&format!("unfinished-{name}.exr"));
+        let path = folder().join(format!("{name}.exr"));
         property(name, 8, &prop::collection::vec(0..6_u64, 0..5), |stops| {
             let mut film = empty.clone();
             in_pieces(&**renderer, &scene, &mut film, &range, &stops, &path);
@@ -171,7 +167,7 @@ fn what_was_stopped_goes_on_to_the_same_film() {
 /// or an error of one line.
 #[test]
 fn damaged_files_are_refused() {
-    let path = file("unfinished-damaged.exr");
+    let path = folder().join("damaged.exr");
     let scene = simple::cornell().expect("a scene");
     let mut film = Film::new([2, 1], None, 4).expect("a film");
     let renderer = ImageRenderer {

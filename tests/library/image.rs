@@ -3,21 +3,12 @@
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use exr::prelude::{AttributeValue, FlatSamples, read_all_flat_layers_from_file};
 use whitefurnace::image::{Display, check_writable, srgb, write_atomically, write_exr, write_png};
 
 use crate::prelude::*;
-
-/// Returns an empty folder for one test.
-fn folder(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
-    // An earlier run may have left it.
-    drop(fs::remove_dir_all(&folder));
-    fs::create_dir_all(&folder).expect("a folder for tests");
-    folder
-}
 
 fn names(folder: &Path) -> Vec<String> {
     let entries = fs::read_dir(folder).expect("a folder");
@@ -54,7 +45,7 @@ fn film() -> Film {
 
 #[test]
 fn exr_holds_every_channel() {
-    let path = folder("exr").join("film.exr");
+    let path = folder().join("film.exr");
     let film = film();
     let camera = Camera::new(DVec3::ZERO, DVec3::Y, DVec3::Z, 0.5);
     write_exr(&path, &film, &camera, "seed=1\nspp=12\n").expect("written");
@@ -126,7 +117,7 @@ fn exr_holds_every_channel() {
 /// pixels of half the distance.
 #[test]
 fn exr_says_where_the_camera_is_and_what_features_measure() {
-    let path = folder("camera").join("wall.exr");
+    let path = folder().join("wall.exr");
     let camera = Camera::new(
         DVec3::new(1.0, 2.0, 3.0),
         DVec3::new(1.0, 9.0, 3.0),
@@ -267,7 +258,7 @@ fn read_png(path: &Path) -> ([u32; 2], Vec<u8>) {
 
 #[test]
 fn png_holds_the_encoded_mean() {
-    let path = folder("png").join("film.png");
+    let path = folder().join("film.png");
     for display in [Display::Truncated, Display::Srgb { exposure: -3.0 }] {
         let film = film();
         write_png(&path, &film, display, 1).expect("written");
@@ -337,7 +328,7 @@ fn displays_encode_as_they_say() {
 
 #[test]
 fn nothing_is_left_behind_on_failure() {
-    let folder = folder("failures");
+    let folder = folder();
     let film = film();
     let camera = Camera::new(DVec3::ZERO, DVec3::Y, DVec3::Z, 0.5);
     let taken = folder.join("taken");
@@ -371,7 +362,7 @@ fn nothing_is_left_behind_on_failure() {
 
 #[test]
 fn paths_are_checked_beforehand() {
-    let folder = folder("check");
+    let folder = folder();
     let file = folder.join("file");
     fs::write(&file, "kept").expect("a file");
     assert!(check_writable(&folder.join("new/deep/film.exr")).is_ok());

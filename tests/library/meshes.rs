@@ -2,7 +2,6 @@
 //! by closed forms, and the errors of invalid files.
 
 use std::fs;
-use std::path::{Path, PathBuf};
 
 use glam::DVec2;
 use whitefurnace::scene::file::{Description, Object, SceneFile};
@@ -16,15 +15,9 @@ const SQUARE: &str = "v -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\n";
 const CONCAVE: &str =
     "v -1 0 -1\nv 1 0 -1\nv 1 0 1\nv 0.5 0 1\nv 0.5 0 -0.5\nv -0.5 0 -0.5\nv -0.5 0 1\nv -1 0 1\n";
 
-fn folder(test: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
-    fs::create_dir_all(&folder).expect("a folder");
-    folder
-}
-
 /// Loads a scene of one OBJ file, whose object has these additional keys.
-fn loaded(test: &str, mesh: &[u8], keys: &str) -> Result<SceneFile, Error> {
-    let folder = folder(test);
+fn loaded(mesh: &[u8], keys: &str) -> Result<SceneFile, Error> {
+    let folder = folder();
     fs::write(folder.join("a.obj"), mesh).expect("written");
     let path = folder.join("scene.toml");
     fs::write(
@@ -62,7 +55,7 @@ fn areas(description: &Description, material: &str) -> (DVec3, f64) {
 
 /// Compares the area of the faces of an OBJ file as seen from −y, and the notes in their order.
 fn assert_faces(text: &str, area: f64, notes: &[&str]) {
-    let file = loaded("faces", text.as_bytes(), ", material = 'lamp'")
+    let file = loaded(text.as_bytes(), ", material = 'lamp'")
         .unwrap_or_else(|error| panic!("{text}: {error}"));
     let (found, (sum, size)) = (file.notes, areas(&file.description, "lamp"));
     assert_abs_diff_eq!(-sum.y, area, epsilon = 1e-12);
@@ -251,10 +244,7 @@ fn what_is_no_face_and_no_obj_is_refused() {
             "the file is text in UTF-16, or binary: save it as UTF-8",
         ),
     ] {
-        let message = refusal(
-            loaded("refused meshes", &bytes, ", material = 'lamp'"),
-            said,
-        );
+        let message = refusal(loaded(&bytes, ", material = 'lamp'"), said);
         assert!(
             message.contains("a.obj, line ") && message.contains(said),
             "{said}: {message}"
@@ -269,7 +259,7 @@ fn usemtl_names_materials_of_the_scene() {
         "{SQUARE}{}",
         "f 1 2 3\nusemtl dark red # a comment\nf 1 3 4\nusemtl #glass\nf 2 3 4\n"
     );
-    let load = |mesh: &str, keys: &str| loaded("usemtl", mesh.as_bytes(), keys);
+    let load = |mesh: &str, keys: &str| loaded(mesh.as_bytes(), keys);
     let sizes =
         |file: &SceneFile| ["dark red", "lamp"].map(|name| areas(&file.description, name).1);
     let file = load(&mesh, ", material = 'lamp'").expect("a scene");
@@ -379,7 +369,6 @@ fn a_negative_scale_mirrors() {
         ("2", 8.0, DVec3::splat(2.0)),
     ] {
         let obj = loaded(
-            "mirrored",
             tetrahedron.as_bytes(),
             &format!(", material = 'lamp', scale = {scale}"),
         );
@@ -424,7 +413,7 @@ fn a_negative_scale_mirrors() {
     }
     for scale in ["0", "[1, 0, 1]", "-1e-10", "1e10", "nan"] {
         let keys = format!(", material = 'lamp', scale = {scale}");
-        let refused = loaded("mirrored", tetrahedron.as_bytes(), &keys);
+        let refused = loaded(tetrahedron.as_bytes(), &keys);
         assert_refused(refused, "line 4: objects.scale must ");
     }
 }

@@ -1,7 +1,7 @@
 //! Imports of most modules of these tests.
 
 pub use crate::helpers::*;
-pub use crate::support::{context, master, property, rng};
+pub use crate::support::{context, folder, master, property, rng};
 pub use approx::{assert_abs_diff_eq, assert_relative_eq};
 pub use glam::DVec3;
 pub use proptest::prelude::*;

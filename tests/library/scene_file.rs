@@ -25,10 +25,9 @@ use crate::prelude::*;
 const EVERY_KEY: &str = include_str!("data/scenes/every-key.toml");
 const PYRAMID: &str = include_str!("data/scenes/pyramid.obj");
 
-/// Writes a scene and its mesh to a folder of this test's own.
-fn written(test: &str, scene: &[u8], mesh: &[u8]) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
-    fs::create_dir_all(&folder).expect("a folder");
+/// Writes a scene and its mesh to a folder of the running test's own.
+fn written(scene: &[u8], mesh: &[u8]) -> PathBuf {
+    let folder = folder();
     fs::write(folder.join("pyramid.obj"), mesh).expect("written");
     let path = folder.join("scene.toml");
     fs::write(&path, scene).expect("written");
@@ -256,7 +255,7 @@ fn what_is_wrong_is_said_in_one_line_with_its_place() {
         } else {
             (&*changed, PYRAMID)
         };
-        let path = written("refusals", scene.as_bytes(), mesh.as_bytes());
+        let path = written(scene.as_bytes(), mesh.as_bytes());
         let message = refusal(SceneFile::load(&path), case);
         let file = if in_mesh {
             path.with_file_name("pyramid.obj")
@@ -279,10 +278,8 @@ fn what_is_wrong_is_said_in_one_line_with_its_place() {
 
 #[test]
 fn files_that_are_no_scenes_are_refused() {
-    let folder = written("no scenes", b"", b"")
-        .parent()
-        .expect("a folder")
-        .to_owned();
+    let scene = written(b"", b"");
+    let folder = scene.parent().expect("a folder");
     let refused = |path: &Path, hint: &str| {
         let message = refusal(SceneFile::load(path), hint);
         assert!(message.contains(hint), "{message}");
@@ -290,17 +287,13 @@ fn files_that_are_no_scenes_are_refused() {
     };
     refused(&folder.join("scene.toml"), "the file needs the key camera");
     refused(&folder.join("none.toml"), "cannot read");
-    refused(&folder, "no ordinary file");
+    refused(folder, "no ordinary file");
     let big = folder.join("big.toml");
     fs::write(&big, vec![b'\n'; LARGEST_FILE as usize + 1]).expect("written");
     refused(&big, "more than 4194304 bytes");
     fs::write(&big, b"\n\nname = \"\xff\"").expect("written");
     refused(&big, "line 3: this is no text in UTF-8");
-    let path = written(
-        "no scenes",
-        EVERY_KEY.replace("pyramid.obj", "none.obj").as_bytes(),
-        b"",
-    );
+    let path = written(EVERY_KEY.replace("pyramid.obj", "none.obj").as_bytes(), b"");
     refused(&path, "line 58: objects.file \"none.obj\" cannot be read: ");
     for (mesh, said) in [
         (
@@ -316,7 +309,7 @@ fn files_that_are_no_scenes_are_refused() {
             "scene.toml, line 58: objects.file has no triangle with an area",
         ),
     ] {
-        let path = written("no scenes", EVERY_KEY.as_bytes(), mesh.as_bytes());
+        let path = written(EVERY_KEY.as_bytes(), mesh.as_bytes());
         let message = refusal(SceneFile::load(&path), said);
         assert!(message.ends_with(said), "{message}");
     }
@@ -326,7 +319,7 @@ fn files_that_are_no_scenes_are_refused() {
 #[test]
 fn the_digest_is_of_all_files() {
     let digest = |scene: &str, mesh: &str| {
-        SceneFile::load(&written("digest", scene.as_bytes(), mesh.as_bytes()))
+        SceneFile::load(&written(scene.as_bytes(), mesh.as_bytes()))
             .expect("a scene")
             .digest
     };
@@ -403,11 +396,7 @@ fn no_file_brings_the_loader_down() {
         context("").arguments(3000) as u32,
         &(changes(), changes()),
         |(scene, mesh)| {
-            let path = written(
-                "hostile",
-                &mutated(EVERY_KEY, &scene),
-                &mutated(PYRAMID, &mesh),
-            );
+            let path = written(&mutated(EVERY_KEY, &scene), &mutated(PYRAMID, &mesh));
             let loaded = SceneFile::load(&path);
             counts[usize::from(loaded.is_ok())].fetch_add(1, std::sync::atomic::Ordering::Relaxed);
             match loaded {
@@ -452,7 +441,7 @@ fn more_triangles_than_fit_are_refused_at_once() {
         .collect();
     let polygon: String = (1..4099).map(|i| format!(" {i}")).collect();
     let mesh = vertices + &format!("f{polygon}\n").repeat(1025);
-    let path = written("many", EVERY_KEY.as_bytes(), mesh.as_bytes());
+    let path = written(EVERY_KEY.as_bytes(), mesh.as_bytes());
     assert_refused(SceneFile::load(&path), "more than 4194304 triangles");
 }
 

@@ -1,6 +1,8 @@
 //! The master seed of the tests, and generators derived from it.
 
 use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use proptest::strategy::Strategy;
@@ -37,6 +39,21 @@ fn take_share() {
         count <= IDENTITIES,
         "{count} tests have random arguments, shares::IDENTITIES is {IDENTITIES}"
     );
+}
+
+/// Returns an empty folder of the running test's own, since tests run beside each other.
+///
+/// # Panics
+/// In a thread that a test started.
+pub fn folder() -> PathBuf {
+    let thread = std::thread::current();
+    // The harness names a test's thread after it.
+    let test = thread.name().expect("the thread of a test");
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test.replace("::", "-"));
+    // An earlier run may have left it.
+    drop(fs::remove_dir_all(&folder));
+    fs::create_dir_all(&folder).expect("a folder for tests");
+    folder
 }
 
 /// Returns a test's own generator. Its output shows how to repeat the test if it fails.

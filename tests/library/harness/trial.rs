@@ -1,6 +1,5 @@
 //! Tests of trials: contexts, shares of the budget, rows, verdicts, messages, data files.
 
-use std::path::Path;
 use std::process::Command;
 
 use whitefurnace::harness::trial::{
@@ -340,7 +339,7 @@ fn names_and_commands_lead_back() {
 
 #[test]
 fn data_files_hold_the_cells() {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("rows");
+    let folder = folder();
     let mut row = row(Verdict::Fails);
     assert_eq!(
         write_cells("toy/verdicts wrong", &row.outcome, &folder).ok(),

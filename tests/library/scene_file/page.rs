@@ -120,7 +120,7 @@ fn the_page_has_every_key() {
             .expect("a first line")
             .1
             .replacen(what, instead, 1);
-        let path = written("keys", scene.as_bytes(), PYRAMID.as_bytes());
+        let path = written(scene.as_bytes(), PYRAMID.as_bytes());
         let message = refusal(SceneFile::load(&path), what);
         let (_, names) = message
             .split_once("; there is ")

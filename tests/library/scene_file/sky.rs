@@ -5,10 +5,7 @@ use super::*;
 /// Skies: two rows and one column in each channel, scaled; and files that are refused.
 #[test]
 fn a_sky_is_an_image_of_all_directions() {
-    let folder = written("sky", b"", b"")
-        .parent()
-        .expect("a folder")
-        .to_owned();
+    let folder = folder();
     let floats = [4.0f32, 5.0, 6.0, 1.0, 2.0, 3.0].map(f32::to_le_bytes);
     fs::write(
         folder.join("sky.pfm"),
