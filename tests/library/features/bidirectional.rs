@@ -2,14 +2,19 @@
 
 use super::*;
 
-pub(super) fn passes_of(estimator: &dyn ImageEstimator, scene: &Scene, seed: u64) -> Measured {
+pub(super) fn passes_of(
+    estimator: &dyn ImageEstimator,
+    scene: &Scene,
+    seed: u64,
+    count: u32,
+) -> Measured {
     let mean = |index| {
         let image = estimator
             .pass(scene, FRAME, seed, index)
             .expect("legal values");
         image.iter().map(|pixel| pixel.x).sum::<f64>() / image.len() as f64
     };
-    by_means((0..samples()).map(mean), 0.0)
+    by_means((0..count).map(mean), 0.0)
 }
 
 /// Returns the mean of independent images, given the mean of each.
@@ -38,7 +43,7 @@ fn bidirectional_paths_are_right_where_any_two_features_meet() {
         };
         (
             exact(row).is_none().then_some(Light::All(u32::MAX)),
-            passes_of(&bdpt, scene, seed),
+            passes_of(&bdpt, scene, seed, samples()),
         )
     });
 }
@@ -59,7 +64,7 @@ fn light_tracing_is_right_where_any_two_features_meet() {
         |_, scene, seed| {
             (
                 Some(Light::StraightToTheEye),
-                passes_of(&tracer, scene, seed),
+                passes_of(&tracer, scene, seed, 2 * samples()),
             )
         },
     );

@@ -56,7 +56,7 @@ fn photons_are_right_where_any_two_features_meet() {
                     let sppm = sppm(Parts::default(), PARTICLES, 2.0 * RADIUS);
                     Measured {
                         bias: MARGIN,
-                        ..passes_of(&sppm, scene, seed)
+                        ..passes_of(&sppm, scene, seed, samples())
                     }
                 }
             };

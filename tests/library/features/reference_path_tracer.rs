@@ -14,6 +14,9 @@ pub enum Light {
     /// Paths of Whitted's method, of at most this many segments: with at most one diffuse
     /// scattering event, of light that comes straight from an emitter.
     Whitted(u32),
+    /// Paths of the report's estimator, of at most this many segments, and of its shadow rays, which
+    /// add one after a diffuse surface.
+    Report(u32),
 }
 
 /// Radiance estimated by a path tracer that adds the emission of the surfaces it hits.
@@ -30,6 +33,8 @@ impl Estimator for ReferencePathTracer {
                     Light::All(_) => true,
                     Light::StraightToTheEye => false,
                     Light::Whitted(_) => !diffusely,
+                    // Shadow rays do not find the background.
+                    Light::Report(segments) => scattered < segments,
                 };
                 let background = scene.background().radiance(ray.direction);
                 return if shows {
@@ -46,6 +51,7 @@ impl Estimator for ReferencePathTracer {
                 Light::All(most) => scattered == most,
                 Light::StraightToTheEye => scattered == 0 && is_specular,
                 Light::Whitted(segments) => diffusely || (is_specular && scattered + 1 >= segments),
+                Light::Report(segments) => scattered + u32::from(is_specular) >= segments,
             };
             let at = Vertex::new(&here, &ray);
             let Some(next) = bsdf.sample(&at, rng).filter(|_| !ends) else {
