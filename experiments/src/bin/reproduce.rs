@@ -27,8 +27,8 @@ use whitefurnace::shard::Shard;
 struct Reproduce {
     #[command(flatten)]
     shared: run::Options,
-    /// Run this experiment only; may be repeated
-    #[arg(long, value_name = "ID")]
+    /// Run these experiments only, divided by commas; may be repeated
+    #[arg(long, value_name = "ID", value_delimiter = ',')]
     only: Vec<String>,
     /// Run part i of n of them, in one folder --out with the others; then the same command without
     /// --shard joins them

@@ -115,6 +115,7 @@ impl ValueParserFactory for SceneSource {
 pub enum EstimatorName {
     /// Path tracing by BSDF sampling and next-event estimation, combined by multiple importance
     /// sampling
+    #[value(alias = "path")]
     Mis,
     /// Path tracing by BSDF sampling alone
     Bsdf,

@@ -411,10 +411,12 @@ fn every_option_and_value_has_a_row() {
     assert!(lacking.is_empty(), "no row for {lacking:?}");
 }
 
-/// Old names of options and values, which `CHANGELOG.md` lists, are still accepted.
+/// Old names of options and values, which `CHANGELOG.md` lists, are still accepted, and a name that
+/// other renderers have for an estimator.
 #[test]
-fn old_names_of_options_are_accepted() {
-    for (old, new) in [
+fn other_names_of_options_are_accepted() {
+    for (other, own) in [
+        ("--estimator path", "--estimator mis"),
         ("--engine lanes", "--precision double"),
         ("--engine single", "--precision single"),
         ("--outlines no", "--silhouettes no"),
@@ -425,8 +427,8 @@ fn old_names_of_options_are_accepted() {
         ),
         ("--specular-shadow-rays no", "--specular-nee no"),
     ] {
-        let [old, new] =
-            [old, new].map(|options| format!("{:?}", job(&format!("render {options}"))));
-        assert_eq!(old, new);
+        let [other, own] =
+            [other, own].map(|options| format!("{:?}", job(&format!("render {options}"))));
+        assert_eq!(other, own);
     }
 }
