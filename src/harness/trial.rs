@@ -3,12 +3,14 @@
 
 mod check;
 mod context;
+mod reject;
 
 pub use check::{
     assert_holds, check, check_control, check_subject, command, control_is_green, power_objections,
     required_outcomes, trial_is_green, write_cells,
 };
 pub use context::{Context, DEFAULT_SEED, SCALES, shard_from_environment};
+pub use reject::{Rejection, reject};
 
 use super::outcome::{Outcome, Verdict};
 
@@ -24,7 +26,8 @@ pub struct NegativeControl {
     /// Names of the outcomes that must all reject it. May be empty where the trial leaves no
     /// choice: see [`required_outcomes`].
     pub rejected_by: Vec<&'static str>,
-    /// The trial's function with the faulty subject.
+    /// The trial's function with the faulty subject. It runs on parts of the sample first: see
+    /// [`reject`].
     pub run: Run,
 }
 
@@ -127,16 +130,23 @@ impl Row {
 
 /// Runs a trial on its subject.
 pub fn run_trial(trial: &Trial, context: &Context) -> Vec<Row> {
-    rows(trial, "", &trial.run, context)
+    rows(trial, "", (trial.run)(&context.named(&trial.name)), context)
 }
 
-/// Runs a trial on a faulty subject, with its own random numbers.
+/// Runs a trial on a faulty subject, with its own random numbers, on no more of the sample than it
+/// takes to [reject] it.
 pub fn run_control(trial: &Trial, control: &NegativeControl, context: &Context) -> Vec<Row> {
-    rows(trial, control.name, &control.run, context)
+    let found = reject_control(trial, control, context);
+    rows(trial, control.name, found.outcomes, context)
 }
 
-fn rows(trial: &Trial, control: &str, run: &Run, context: &Context) -> Vec<Row> {
-    run(&context.named(&full_name(&trial.name, control)))
+fn reject_control(trial: &Trial, control: &NegativeControl, context: &Context) -> Rejection {
+    let named = context.named(&full_name(&trial.name, control.name));
+    reject(&control.run, &control.rejected_by, &named)
+}
+
+fn rows(trial: &Trial, control: &str, outcomes: Vec<Outcome>, context: &Context) -> Vec<Row> {
+    outcomes
         .into_iter()
         .map(|outcome| Row {
             trial: trial.name.clone(),

@@ -141,9 +141,9 @@ fn a_wrong_statistic_is_seen() {
     for outcome in [law, rate("repeated values reject", &happened, LEVEL)] {
         assert_eq!(outcome.verdict(), Verdict::Fails, "{outcome}");
         assert!(
-            !planned() || fault_objection(&outcome).is_none(),
+            !planned() || fault_objection(&outcome, 1.0).is_none(),
             "{:?}",
-            fault_objection(&outcome)
+            fault_objection(&outcome, 1.0)
         );
     }
 }

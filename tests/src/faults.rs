@@ -8,9 +8,8 @@
 use std::sync::Arc;
 
 use whitefurnace::equation::Equation;
-use whitefurnace::harness::guard;
 use whitefurnace::harness::outcome::Outcome;
-use whitefurnace::harness::trial::{Context, NegativeControl, Run, Trial, required_outcomes};
+use whitefurnace::harness::trial::{Context, NegativeControl, Run, Trial};
 
 /// A trial's function, for any subject of the family's type.
 pub type SharedTrialFn<S> = Arc<dyn Fn(&Context, S) -> Vec<Outcome> + Send + Sync>;
@@ -151,8 +150,7 @@ pub struct Pair {
     pub required: bool,
     /// The outcomes that must reject it, as in [`NegativeControl::rejected_by`].
     pub rejected_by: Vec<&'static str>,
-    /// The trial's function on the fault: at growing sizes if it must be rejected, else at the
-    /// trial's size.
+    /// The trial's function on the fault.
     pub run: Run,
 }
 
@@ -212,47 +210,12 @@ impl<S: Copy + Send + Sync + 'static> Family<S> {
         }
     }
 
-    /// Returns a trial's function on a fault that these outcomes must reject. Most effects are many
-    /// times δ, so the fault runs at a fraction of the trial's size first, and at a larger one only
-    /// if it is not [clearly rejected](guard::is_clearly_rejected); sizes at which it will hardly be
-    /// are left out.
-    fn reject(
-        family_trial: &FamilyTrial<S>,
-        mutant: &Fault<S>,
-        rejected_by: Vec<&'static str>,
-    ) -> Run {
-        let (on, subject) = (Arc::clone(&family_trial.on), mutant.subject);
-        Box::new(move |context| {
-            let mut promising = 0.0;
-            for share in TRIAL_FRACTIONS {
-                if share < promising {
-                    continue;
-                }
-                let part = Context {
-                    scale: context.scale * share,
-                    ..context.clone()
-                };
-                let outcomes = on(&part, subject);
-                let required = required_outcomes(&rejected_by, &outcomes);
-                if !required.is_empty() && required.iter().all(|o| guard::is_clearly_rejected(o)) {
-                    return outcomes;
-                }
-                let growth = required.iter().map(|o| guard::growth_to_clear_rejection(o));
-                promising = share * growth.fold(0.0, f64::max);
-            }
-            on(context, subject)
-        })
-    }
-
-    /// Returns a trial's function on a mutant, at the trial's size.
-    fn at_full_size(family_trial: &FamilyTrial<S>, mutant: &Fault<S>) -> Run {
+    /// Returns a trial's function on a mutant.
+    fn on(family_trial: &FamilyTrial<S>, mutant: &Fault<S>) -> Run {
         let (on, subject) = (Arc::clone(&family_trial.on), mutant.subject);
         Box::new(move |context| on(context, subject))
     }
 }
-
-/// Fractions of a trial's size at which a fault runs before the whole.
-const TRIAL_FRACTIONS: [f64; 4] = [1.0 / 64.0, 1.0 / 16.0, 1.0 / 4.0, 1.0 / 2.0];
 
 impl<S: Copy + Send + Sync + 'static> AnyFamily for Family<S> {
     fn trials(&self) -> Vec<Trial> {
@@ -271,7 +234,7 @@ impl<S: Copy + Send + Sync + 'static> AnyFamily for Family<S> {
                     .map(|(fault, rejected_by)| NegativeControl {
                         name: fault.name,
                         wrong: fault.wrong,
-                        run: Self::reject(family_trial, fault, rejected_by.clone()),
+                        run: Self::on(family_trial, fault),
                         rejected_by,
                     })
                     .collect(),
@@ -292,18 +255,12 @@ impl<S: Copy + Send + Sync + 'static> AnyFamily for Family<S> {
             .flat_map(|(mutant, equivalent)| {
                 self.trials.iter().map(move |family_trial| {
                     let outcomes = outcomes_of(mutant.rejected_by, &family_trial.trial.name);
-                    let run = match &outcomes {
-                        Some(outcomes) if !equivalent => {
-                            Self::reject(family_trial, mutant, outcomes.clone())
-                        }
-                        _ => Self::at_full_size(family_trial, mutant),
-                    };
                     Pair {
                         fault: self.fault(mutant, equivalent),
                         trial: family_trial.trial.name.clone(),
                         required: outcomes.is_some(),
                         rejected_by: outcomes.unwrap_or_default(),
-                        run,
+                        run: Self::on(family_trial, mutant),
                     }
                 })
             })

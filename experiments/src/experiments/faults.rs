@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use trials::faults::Pair;
 use whitefurnace::harness::guard::MAX_FAULT_MISS;
+use whitefurnace::harness::trial::reject;
 
 use crate::experiments::prelude::*;
 use crate::plot::matrix::{Detection, matrix};
@@ -34,12 +35,12 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let [reduced, asserted] = scales.map(|scale| Context::new(run.seed(), scale));
     let (reduced, asserted) = (reduced?, asserted?);
     let seen = parallel_map(&pairs, |pair| {
-        let context = if pair.required { &asserted } else { &reduced };
         let name = format!("{}!{}", pair.trial, pair.fault.name);
-        let outcomes = (pair.run)(&context.named(&name));
         if pair.required {
-            judge(&required_outcomes(&pair.rejected_by, &outcomes))
+            let found = reject(&pair.run, &pair.rejected_by, &asserted.named(&name));
+            judge(&required_outcomes(&pair.rejected_by, &found.outcomes))
         } else {
+            let outcomes = (pair.run)(&reduced.named(&name));
             judge(&outcomes.iter().collect::<Vec<_>>())
         }
     })?;

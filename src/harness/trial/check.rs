@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use super::{Context, NegativeControl, Row, Trial, full_name, run_control, run_trial};
+use super::{Context, NegativeControl, Row, Trial, full_name, reject_control, rows, run_trial};
 use crate::equation;
 use crate::error::Error;
 use crate::harness::guard;
@@ -132,12 +132,14 @@ pub fn check_control(
     control: &NegativeControl,
     context: &Context,
 ) -> Result<Vec<Row>, String> {
-    let rows = run_control(trial, control, context);
+    let found = reject_control(trial, control, context);
+    let share = found.share;
+    let rows = rows(trial, control.name, found.outcomes, context);
     if control_is_green(control, &rows, context) {
         let outcomes = rows.iter().map(|row| &row.outcome);
         let objections = required_outcomes(&control.rejected_by, outcomes)
             .into_iter()
-            .filter_map(guard::fault_objection);
+            .filter_map(|outcome| guard::fault_objection(outcome, share));
         let message: String = objections
             .filter(|_| context.guard_applies())
             .map(|why| {

@@ -35,7 +35,7 @@ fn assert_rejection(name: &str, outcomes: &[Outcome], expected: &str, context: &
     let small = context.scale < 1.0;
     let rejects = |outcome: &&Outcome| match outcome.verdict() {
         Verdict::Holds => false,
-        Verdict::Fails => !context.guard_applies() || fault_objection(outcome).is_none(),
+        Verdict::Fails => !context.guard_applies() || fault_objection(outcome, 1.0).is_none(),
         Verdict::Undecided { .. } => small,
     };
     let found: Vec<String> = outcomes.iter().filter(rejects).map(in_words).collect();

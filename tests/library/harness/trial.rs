@@ -1,10 +1,11 @@
 //! Tests of trials: contexts, shares of the budget, rows, verdicts, messages, data files.
 
 use std::process::Command;
+use std::sync::{Arc, Mutex};
 
 use whitefurnace::harness::trial::{
-    CSV_HEADER, DEFAULT_SEED, NegativeControl, Row, Trial, assert_holds, check, check_control,
-    check_subject, command, control_is_green, full_name, group, run_control, run_trial,
+    CSV_HEADER, DEFAULT_SEED, NegativeControl, Row, Run, Trial, assert_holds, check, check_control,
+    check_subject, command, control_is_green, full_name, group, reject, run_control, run_trial,
     trial_is_green, write_cells,
 };
 
@@ -214,6 +215,51 @@ fn the_guard_is_asked_where_sizes_are_planned() {
             "{found:?}"
         );
         assert_eq!(found.is_ok(), !refuses);
+    }
+}
+
+/// A fault runs on the smallest part of the sample first, then on one that promises a clear
+/// rejection, and on the whole if none does.
+#[test]
+fn a_fault_runs_on_no_more_of_the_sample_than_it_takes() {
+    const WHOLE: u64 = 1_000_000;
+    // The shares on which a fault runs whose effect is so many standard errors of the whole.
+    let shares = |effect: f64, exact: bool| {
+        let seen = Arc::new(Mutex::new(Vec::new()));
+        let log = Arc::clone(&seen);
+        let run: Run = Box::new(move |context: &Context| {
+            let n = context.n(WHOLE);
+            log.lock().expect("not poisoned").push(n);
+            let sigmas = effect * context.scale.sqrt();
+            let found = Outcome {
+                n,
+                p: 2.0 * normal_sf(sigmas),
+                sensitivity: normal(1.0, n as f64),
+                ..outcome(sigmas, normal_upper(0.5 * ALPHA), Claim::Test)
+            };
+            let identity = Outcome::identity("identity", 1, 2.0, 1.0, "");
+            vec![if exact { identity } else { found }]
+        });
+        let share = reject(&run, &[], &context(1.0)).share;
+        let seen = seen.lock().expect("not poisoned");
+        let part = |n: &u64| *n as f64 / WHOLE as f64;
+        assert!(
+            (seen.last().map_or(0.0, part) - share).abs() < 1e-6,
+            "{seen:?}"
+        );
+        seen.iter().map(part).collect::<Vec<f64>>()
+    };
+    let first = 1.0 / 64.0;
+    assert_eq!(shares(70.0, false), [first]);
+    assert_eq!(shares(0.0, true), [first]);
+    assert_eq!(shares(0.0, false), [first, 1.0]);
+    assert_eq!(shares(7.0, false), [first, 1.0]);
+    for (effect, range) in [(40.0, 0.04..0.1), (26.0, 0.1..0.3), (18.0, 0.5..0.9)] {
+        let [smallest, enough] = shares(effect, false)[..] else {
+            panic!("{effect}");
+        };
+        assert_eq!(smallest, first);
+        assert!(range.contains(&enough), "{effect}: {enough}");
     }
 }
 
