@@ -60,7 +60,7 @@ fn brightness(column: f64) -> f64 {
 /// Mean radiance of the row.
 const MEAN: f64 = 1.0 + (24.0 - 1.0) / 2.0 / 4.0;
 
-const IMAGES: u64 = 19_000;
+const IMAGES: u64 = 10_000;
 const EFFECT: f64 = 0.025;
 
 /// Compares the means of both channels over many images with [`MEAN`].

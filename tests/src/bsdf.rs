@@ -146,7 +146,7 @@ pub(super) fn integrals(
 /// The check-up of a diffuse BSDF: its weights vary so little that fewer samples are enough.
 pub(super) fn diffuse() -> CheckUp {
     CheckUp {
-        samples: 2_800_000,
+        samples: 2_250_000,
         ..CheckUp::default()
     }
 }

@@ -43,7 +43,7 @@ const CORRECT: Points = Points {
     sphere: |random| on(EmitterShape::Sphere(Sphere::new(DVec3::ZERO, 1.0)), random),
 };
 
-const SAMPLES: u64 = 5_600_000;
+const SAMPLES: u64 = 5_300_000;
 
 fn cells(context: &Context, domain: Domain, map: Map) -> Vec<Outcome> {
     let mut rng = context.rng("cells");

@@ -142,7 +142,7 @@ pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             }),
             "a wall beside a sky that varies by azimuth",
             beside_wall(),
-            Draws::scrambles(16, 9_500),
+            Draws::scrambles(16, 10_700),
         ),
         of(
             "sky/panel",
@@ -151,7 +151,7 @@ pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             (EstimatorKind::Path, |_| ray_to_origin()),
             "a floor under a white sky of which a light hides a part",
             panelled,
-            Draws::scrambles(16, 9_500),
+            Draws::scrambles(16, 11_000),
         ),
     ]
 }

@@ -14,7 +14,7 @@ use crate::prelude::*;
 pub type Reflectance = fn(f64, f64, f64) -> f64;
 
 const ARGUMENTS: u64 = 20_000;
-const SAMPLES: u64 = 32_000_000;
+const SAMPLES: u64 = 21_600_000;
 /// Relative tolerance of identities: a few hundred roundings, away from the critical angle.
 const TOLERANCE: f64 = 1e-10;
 /// Relative δ of the sampled average.

@@ -75,7 +75,7 @@ fn closed() -> Vec<FamilyTrial<EstimatorSubject>> {
             "closed furnace box",
             0.5,
             cube(0.5),
-            Draws::Rays(770_000),
+            Draws::Rays(620_000),
         ),
         (
             "furnace/path/albedo-0.75",
@@ -83,7 +83,7 @@ fn closed() -> Vec<FamilyTrial<EstimatorSubject>> {
             "closed furnace box",
             0.75,
             cube(0.75),
-            Draws::scrambles(16, 44_000),
+            Draws::scrambles(16, 37_000),
         ),
         (
             "furnace/path/albedo-0.9",
@@ -99,7 +99,7 @@ fn closed() -> Vec<FamilyTrial<EstimatorSubject>> {
             "spherical furnace without early roulette",
             0.9,
             sphere(EstimatorKind::PathWithRrDepth),
-            Draws::scrambles(64, 14_500),
+            Draws::scrambles(64, 15_900),
         ),
     ]
     .into_iter()
@@ -124,21 +124,21 @@ fn strategies() -> Vec<FamilyTrial<EstimatorSubject>> {
             "rooms are too dark or too bright without shadow rays",
             &cube,
             Strategy::Bsdf,
-            Draws::Rays(1_100_000),
+            Draws::Rays(830_000),
         ),
         (
             "furnace/light/box",
             "rooms are too dark or too bright by shadow rays alone, most in their corners",
             &cube,
             Strategy::Light,
-            Draws::scrambles(64, 16_000),
+            Draws::scrambles(64, 14_900),
         ),
         (
             "furnace/light/sphere",
             "domes are too dark or too bright by shadow rays alone",
             &sphere,
             Strategy::Light,
-            Draws::Rays(700_000),
+            Draws::Rays(370_000),
         ),
     ]
     .into_iter()
@@ -165,7 +165,7 @@ fn reports() -> Vec<FamilyTrial<EstimatorSubject>> {
             0.5,
             0.25,
             MANY_SEGMENTS,
-            Draws::Rays(700_000),
+            Draws::Rays(540_000),
         ),
         (
             "furnace/report/absorption-0.1",
@@ -173,7 +173,7 @@ fn reports() -> Vec<FamilyTrial<EstimatorSubject>> {
             0.5,
             0.1,
             MANY_SEGMENTS,
-            Draws::Rays(380_000),
+            Draws::Rays(300_000),
         ),
         (
             "furnace/report/albedo-0.65",
@@ -181,7 +181,7 @@ fn reports() -> Vec<FamilyTrial<EstimatorSubject>> {
             0.65,
             0.05,
             MANY_SEGMENTS,
-            Draws::Rays(1_300_000),
+            Draws::Rays(1_080_000),
         ),
         (
             "furnace/report/seven-segments",
@@ -189,7 +189,7 @@ fn reports() -> Vec<FamilyTrial<EstimatorSubject>> {
             0.75,
             0.1,
             7,
-            Draws::scrambles(16, 70_000),
+            Draws::scrambles(16, 65_000),
         ),
         (
             "furnace/report/three-segments",
@@ -244,7 +244,7 @@ fn within() -> FamilyTrial<EstimatorSubject> {
         format!("light of at most {segments} segments in a furnace of albedo {a} is {m}"),
         "a limit on bounces keeps one bounce too many or too few",
     )
-    .by_rays(m, BOUNCES_DELTA, 1_400_000)
+    .by_rays(m, BOUNCES_DELTA, 940_000)
 }
 
 fn cavities() -> Vec<FamilyTrial<EstimatorSubject>> {
@@ -255,14 +255,14 @@ fn cavities() -> Vec<FamilyTrial<EstimatorSubject>> {
             "light that a lamp itself reflects is lost or counted twice",
             "reflecting",
             Cap::Reflecting,
-            Draws::scrambles(64, 14_500),
+            Draws::scrambles(64, 12_800),
         ),
         (
             "furnace/cavity/black",
             "the light of a small bright window is counted twice or lost in a room",
             "black",
             Cap::Black,
-            Draws::Rays(970_000),
+            Draws::Rays(925_000),
         ),
     ]
     .into_iter()
@@ -340,7 +340,7 @@ fn skies() -> Vec<FamilyTrial<EstimatorSubject>> {
             "a white floor of EON with roughness 1 reflects all of a white sky",
             "a white rough floor is visibly darker than the even sky above it",
         )
-        .by_rays(1.0, CLOSED_FORM_DELTA, 2_400_000),
+        .by_rays(1.0, CLOSED_FORM_DELTA, 1_510_000),
     ]
 }
 
@@ -373,7 +373,7 @@ fn mirrors() -> Vec<FamilyTrial<EstimatorSubject>> {
             ),
             "mirrors that face mirrors get too dark or too bright in the depth",
         )
-        .by_rays(hall_mean, BOUNCES_DELTA, 1_700_000),
+        .by_rays(hall_mean, BOUNCES_DELTA, 1_340_000),
         radiance(
             "furnace/mirrors/facing",
             &ROULETTE,
@@ -389,6 +389,6 @@ fn mirrors() -> Vec<FamilyTrial<EstimatorSubject>> {
             "between two facing perfect mirrors under a white sky paths end and the radiance is 1",
             "a render of two facing mirrors never ends, or ends too dark",
         )
-        .by_rays(1.0, BOUNCES_DELTA, 1_200_000),
+        .by_rays(1.0, BOUNCES_DELTA, 1_030_000),
     ]
 }

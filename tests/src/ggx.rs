@@ -103,7 +103,7 @@ const CASES: Cases = Cases {
 };
 
 /// Number of estimates of the floor's radiance.
-const SAMPLES: u64 = 5_000_000;
+const SAMPLES: u64 = 4_400_000;
 /// Inclination of the view, radians.
 const INCLINATION: f64 = 1.0;
 
@@ -176,7 +176,7 @@ fn masking(_: &Context, parts: GgxParts) -> Vec<Outcome> {
 }
 
 /// Number of directions that are judged by their own pdf: an interval of ±0.9 % in each region.
-const OWN_PDF_SAMPLES: u64 = 6_500_000;
+const OWN_PDF_SAMPLES: u64 = 5_000_000;
 /// Number of draws among which neighbours are looked for: enough for a lobe as smooth as this.
 const OWN_PDF_BLOCK: usize = 512;
 /// Margin of the mean of a pdf in a region.

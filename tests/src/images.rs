@@ -161,7 +161,7 @@ struct WhiteFurnace(Arc<Scene>);
 const SKY: DVec3 = DVec3::new(1.0, 3.0, 0.5);
 
 const FURNACE_SIZE: [u32; 2] = [24, 8];
-const FURNACE_REPLICATIONS: u64 = 54_000;
+const FURNACE_REPLICATIONS: u64 = 55_500;
 
 impl Property for WhiteFurnace {
     fn run(&self, context: &Context, setup: Configuration<'_>) -> Vec<Outcome> {
@@ -245,7 +245,7 @@ impl Property for SameImage {
 struct Convex(Arc<Scene>);
 
 const CONVEX_SIZE: [u32; 2] = [32, 32];
-const CONVEX_REPLICATIONS: u64 = 2_000;
+const CONVEX_REPLICATIONS: u64 = 1_620;
 
 impl Property for Convex {
     fn run(&self, context: &Context, setup: Configuration<'_>) -> Vec<Outcome> {
@@ -281,7 +281,7 @@ fn convex() -> Arc<Scene> {
 struct SameStrategies(Arc<Scene>);
 
 const CAVITY_SIZE: [u32; 2] = [20, 15];
-const CAVITY_REPLICATIONS: u64 = 5_200;
+const CAVITY_REPLICATIONS: u64 = 4_200;
 
 impl Property for SameStrategies {
     fn run(&self, context: &Context, setup: Configuration<'_>) -> Vec<Outcome> {

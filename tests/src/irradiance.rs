@@ -283,7 +283,7 @@ impl Property for Picks {
         } else {
             "picks by share"
         });
-        let n = context.n(1_300_000);
+        let n = context.n(1_170_000);
         // Given probabilities are passed on unchanged.
         let rounding = if self.by_flux.is_some() { 1e-15 } else { 0.0 };
         let mut observed = vec![0; self.shares.len()];

@@ -63,7 +63,7 @@ fn distinct(context: &Context, scene: &Scene, numbers: Numbers) -> Vec<Outcome> 
 }
 
 /// Pairs of frames; each gives as many pairs of numbers of every kind as a frame has pixels.
-const FRAME_PAIRS: u64 = 570;
+const FRAME_PAIRS: u64 = 460;
 
 /// Kinds of neighbours.
 const KINDS: [&str; 5] = ["columns", "rows", "samples", "draws", "positions and draws"];

@@ -166,7 +166,7 @@ fn on_both_sides(context: &Context, parts: RoughGlassParts) -> Vec<Outcome> {
         &subject,
         &CheckUp {
             inclinations: BOTH_SIDES.to_vec(),
-            samples: 5_000_000,
+            samples: 4_500_000,
             ..CheckUp::default()
         },
         context,

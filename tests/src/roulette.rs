@@ -7,7 +7,15 @@ use whitefurnace::sampling::roulette;
 use crate::infinite_variance;
 use crate::prelude::*;
 
-const SAMPLES: u64 = 8_000_000;
+/// Walks per squared ratio of a walk's standard deviation and δ: enough for a mean to detect δ,
+/// which must be 12.3 standard errors.
+const WALKS_PER_RATIO: f64 = 160.0;
+/// Walks of a mean, where it takes fewer to detect δ.
+const MIN_WALKS: f64 = 250_000.0;
+/// Walks of each policy whose means are compared.
+const COMPARED_WALKS: u64 = 5_600_000;
+/// Walks of each length at which paths are cut.
+const CUT_WALKS: u64 = 1_250_000;
 const VARIANCE_SAMPLES: u64 = 16_000_000;
 /// Samples of a variance where survival exceeds albedo: throughput falls at each bounce, so that
 /// estimates are bounded.
@@ -62,11 +70,12 @@ pub fn walk(rng: &mut Stream, parts: WalkParts, albedo: f64, survival: f64) -> f
 fn mean_is_right(context: &Context, parts: WalkParts, [a, q]: [f64; 2]) -> Vec<Outcome> {
     let mut rng = context.rng("mean");
     let reference = 1.0 / (1.0 - a);
+    let walks = WALKS_PER_RATIO * variance(a, q) / (MEAN_DELTA * reference).powi(2);
     vec![mean_of(
         "furnace radiance",
         reference,
         MEAN_DELTA,
-        context.n(SAMPLES),
+        context.n(walks.max(MIN_WALKS) as u64),
         || walk(&mut rng, parts, a, q),
     )]
 }
@@ -103,7 +112,7 @@ fn variance_is_right(context: &Context, parts: WalkParts, [a, q]: [f64; 2]) -> V
 fn same_mean(context: &Context, parts: [WalkParts; 2], a: f64, q: [f64; 2]) -> Vec<Outcome> {
     let [first, second] = [0, 1].map(|i| {
         let mut rng = context.rng(["first", "second"][i]);
-        Values::collect(1.0 / (1.0 - a), context.n(SAMPLES), || {
+        Values::collect(1.0 / (1.0 - a), context.n(COMPARED_WALKS), || {
             walk(&mut rng, parts[i], a, q[i])
         })
     });
@@ -127,7 +136,7 @@ fn truncation(context: &Context, parts: WalkParts, a: f64) -> Vec<Outcome> {
         };
         let name = format!("{b} bounces");
         let mut rng = context.rng(&name);
-        let values = Values::collect(1.0 / (1.0 - a), context.n(SAMPLES / 4), || {
+        let values = Values::collect(1.0 / (1.0 - a), context.n(CUT_WALKS), || {
             walk(&mut rng, parts, a, 0.95)
         });
         mean(

@@ -185,7 +185,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             &mirrors,
             EstimatorKind::PathSpecularNee(Heuristic::Power),
             inside as Rays,
-            28_000,
+            29_000,
         ),
     ]
 }

@@ -169,14 +169,14 @@ fn direct() -> Vec<FamilyTrial<EstimatorSubject>> {
             "a wide bidirectional image gets darker or brighter towards its sides",
             Bdpt,
             SamplerKind::Independent,
-            11_500,
+            12_500,
         ),
         frame(
             "bidirectional/bdpt-ends/frame",
             "a wide image darkens at its sides when only the ends of paths are joined",
             BdptEnds,
             SamplerKind::Sobol(1),
-            11_000,
+            12_700,
         ),
     ]
 }
@@ -257,7 +257,7 @@ fn furnaces() -> Vec<FamilyTrial<EstimatorSubject>> {
             "bidirectional/light-tracer/furnace-box",
             "each bounce of a particle loses or gains light: rooms are too dark or too bright",
             LightTracer,
-            Size::new([16, 12], 10_000),
+            Size::new([16, 12], 9_400),
         ),
         furnace(
             "bidirectional/bdpt/furnace-box",
@@ -270,26 +270,26 @@ fn furnaces() -> Vec<FamilyTrial<EstimatorSubject>> {
             "a lamp that also reflects gives a light-traced room too much or too little light",
             LightTracer,
             Cap::Reflecting,
-            Size::new(SQUARE, 23_500),
+            Size::new(SQUARE, 21_600),
         ),
         cavity(
             "bidirectional/bdpt/cavity-black",
             "a room lit by a small window is too dark or too bright bidirectionally",
             Bdpt,
             Cap::Black,
-            Size::sobol(SMALL, 4, 13_000),
+            Size::sobol(SMALL, 4, 14_400),
         ),
         cavity(
             "bidirectional/bdpt-ends/cavity-black",
             "leaving out connections between inner vertices darkens rooms",
             BdptEnds,
             Cap::Black,
-            Size::sobol([4, 4], 4, 13_000),
+            Size::sobol([4, 4], 4, 13_800),
         ),
         sky(
             "bidirectional/bdpt/environment",
             "white things stand out from a white sky: a bidirectional path loses or adds light",
-            Size::new([24, 8], 54_000),
+            Size::new([24, 8], 52_000),
         ),
     ]
 }
@@ -333,8 +333,8 @@ fn sobol() -> Vec<FamilyTrial<EstimatorSubject>> {
             "bidirectional/bdpt/sobol",
             "eye and light paths share their Sobol' points: bidirectional images are biased",
             Bdpt,
-            [4, 2],
-            12_500,
+            [2, 2],
+            23_000,
         ),
     ]
 }
@@ -365,7 +365,7 @@ fn specular() -> Vec<FamilyTrial<EstimatorSubject>> {
             "bidirectional/bdpt/mirror-caustic",
             "light that a mirror throws on a floor is lost or counted twice bidirectionally",
             Bdpt,
-            Size::sobol([5, 2], 48, 9_000),
+            Size::sobol([5, 2], 48, 8_200),
         ),
         glass(
             "bidirectional/light-tracer/in-glass",
@@ -417,9 +417,9 @@ fn equivalence() -> Vec<FamilyTrial<EstimatorSubject>> {
                 kind: LightTracer,
                 frame: [16, 12],
                 sampler: SamplerKind::Sobol(1),
-                count: 14_000,
+                count: 12_000,
             },
-            30_000,
+            26_000,
         ),
         same(
             "bidirectional/bdpt/diffuse-room",
@@ -429,9 +429,9 @@ fn equivalence() -> Vec<FamilyTrial<EstimatorSubject>> {
                 kind: Bdpt,
                 frame: [4, 3],
                 sampler: SamplerKind::Sobol(4),
-                count: 11_000,
+                count: 9_600,
             },
-            17_000,
+            14_900,
         ),
     ]
 }

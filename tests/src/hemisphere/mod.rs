@@ -39,8 +39,8 @@ impl Method {
 }
 
 /// Samples per statistic, enough for each δ (see the standard errors in the functions' comments).
-const CELL_SAMPLES: u64 = 8_000_000;
-const MEAN_SAMPLES: u64 = 16_000_000;
+const CELL_SAMPLES: u64 = 5_300_000;
+const MEAN_SAMPLES: u64 = 13_600_000;
 const KS_SAMPLES: u64 = 1_000_000;
 
 /// δ of direction moments, absolute.

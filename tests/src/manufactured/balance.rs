@@ -61,7 +61,7 @@ const NAMES: [&str; WALLS] = [
 /// Points on each wall in a replication.
 const POINTS: u16 = 8;
 /// Replications at scale 1.
-const REPLICATIONS: u64 = 25_000;
+const REPLICATIONS: u64 = 26_500;
 
 /// Returns the axis of a wall's normal and those of its edges, which follow it cyclically.
 fn axes(wall: usize) -> [usize; 3] {

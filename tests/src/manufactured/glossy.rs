@@ -182,7 +182,7 @@ pub(super) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             &METAL,
             metal,
             [ALL],
-            9_000,
+            6_600,
         ),
         of_patch(
             [
@@ -195,7 +195,7 @@ pub(super) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             &GLASS,
             || *BY_GLASS,
             [FIRST, SECOND, ALL],
-            13_000,
+            10_800,
         ),
     ]
 }

@@ -159,9 +159,9 @@ fn by_images() -> FamilyTrial<EstimatorSubject> {
     let passes = Passes {
         scene,
         kind: ImageEstimatorKind::Bdpt,
-        frame: [16, 12],
+        frame: [12, 8],
         sampler: SamplerKind::Independent,
-        count: 8_000,
+        count: 13_500,
     };
     let regions = vec![
         (half(NAMES[1], |[_, y], [_, height]| 2 * y >= height), lower),
@@ -191,13 +191,13 @@ pub(super) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             "manufactured/zones/path",
             "walls exchange their albedos or lamps are lost, which no even furnace shows",
             EstimatorKind::Path,
-            450_000,
+            340_000,
         ),
         by_rays(
             "manufactured/zones/report",
             "the report's method confuses walls or lamps of different brightness",
             EstimatorKind::Report(SEGMENTS),
-            550_000,
+            450_000,
         ),
         by_images(),
     ]

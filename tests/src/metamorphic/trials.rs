@@ -20,12 +20,12 @@ const DELTA: f64 = 0.05;
 const WEIGHTS: DVec3 = DVec3::new(1.0 / 7.0, 2.0 / 7.0, 4.0 / 7.0);
 
 /// Camera rays of each side.
-const RAYS: u64 = 200_000;
+const RAYS: u64 = 180_000;
 /// Camera rays of each side on scene 26, where radiances vary less.
 const SCENE_26_RAYS: u64 = 80_000;
 /// Camera rays of each side where the fault makes a few values so bright that the skewness of fewer
 /// rays leaves it undecided under one seed in fifteen.
-const SPLIT_RAYS: u64 = 600_000;
+const SPLIT_RAYS: u64 = 370_000;
 
 /// A relation on the random scene of a seed.
 struct OnScene {

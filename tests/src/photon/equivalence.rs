@@ -100,11 +100,11 @@ pub(super) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     let room = SameRadiance {
         scene: valid(diffuse()),
         ray: room_floor,
-        particles: 1000,
+        particles: 500,
         radius: 0.1,
         // So many that the skewness of so few photons within the radius does not matter.
-        maps: 5_600,
-        rays: 800,
+        maps: 11_900,
+        rays: 400,
         scrambles: 10_000,
         margin: 0.02,
     };

@@ -175,7 +175,7 @@ fn cavities() -> Vec<FamilyTrial<EstimatorSubject>> {
             in_furnace,
             furnace,
             1.0 / (1.0 - albedo),
-            14_500,
+            15_700,
         ),
         cavity(
             "photon/gather",
@@ -233,10 +233,10 @@ fn fluxes() -> Vec<FamilyTrial<EstimatorSubject>> {
             flux(
                 cube,
                 PhotonMapKind::All,
-                256,
+                128,
                 arriving,
                 BOUNCES_DELTA,
-                10_500,
+                20_000,
             ),
         ),
     ]
@@ -264,7 +264,7 @@ fn passes() -> Vec<FamilyTrial<EstimatorSubject>> {
             replication: series,
             reference,
             delta: CLOSED_FORM_DELTA,
-            values: 10_500,
+            values: 11_900,
         };
         family_trial(name, property, consequence, &PHOTON_RADIUS, mean)
     };

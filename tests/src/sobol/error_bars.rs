@@ -8,7 +8,7 @@ use super::*;
 
 /// Images in the trial of error bars. Squared errors vary more than squared error bars, so they
 /// take four fifths.
-const IMAGES: u64 = 375_000;
+const IMAGES: u64 = 265_000;
 /// Scrambles of one image's pixel.
 const REPLICATIONS: u32 = 8;
 /// Points of each scramble.

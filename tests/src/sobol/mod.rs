@@ -113,7 +113,7 @@ impl Script for SampleStream {
     }
 }
 
-const UNIFORM: u64 = 4_000_000;
+const UNIFORM: u64 = 3_200_000;
 const CELLS: usize = 8;
 
 /// Tests the cells of each coordinate, and of the bits below its 23 leading ones, over scrambles:
