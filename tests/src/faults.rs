@@ -64,8 +64,8 @@ pub struct Fault<S> {
     /// The faulty subject.
     pub subject: S,
     /// The trials that must reject it, each alone or with the outcomes that must: "trial: outcome |
-    /// outcome" (see [`required_outcomes`]). For an equivalent mutant, the trials that must accept
-    /// it.
+    /// outcome" (see [`NegativeControl::rejected_by`]). For an equivalent mutant, the trials that
+    /// must accept it.
     pub rejected_by: &'static [&'static str],
 }
 
