@@ -12,12 +12,12 @@
 //! answer in every run, so it adds no chance of its own to the budget, and under other seeds it
 //! cannot refuse.
 //!
-//! What it knows of a size are estimates under the default seed. It passes a size if, whatever the
-//! true values are, the estimates would be as good as they are *and* another seed's outcome red
-//! with at most the probability that the budget allows. An estimate X under the default seed and
-//! another seed's estimate Y, of equal mean and variances v and w, differ by a normal amount of
-//! variance v + w. If X is k √(v + w) away from a limit, Y is beyond the limit only if they differ
-//! by more, which has the probability of k standard deviations or less.
+//! It knows only estimates under the default seed. It passes a size if, whatever the true values
+//! are, the estimates would be as good as they are *and* another seed's outcome red with at most
+//! the probability that the budget allows. An estimate X under the default seed and another seed's
+//! estimate Y, of equal mean and variances v and w, differ by a normal amount of variance v + w. If
+//! X is k √(v + w) away from a limit, Y is beyond the limit only if they differ by more, which has
+//! the probability of k standard deviations or less.
 
 use std::f64::consts::SQRT_2;
 
