@@ -201,7 +201,6 @@ fn objection_after_growth(outcome: &Outcome, share: f64, growth: f64) -> Option<
 /// [objection](fault_objection).
 pub fn is_clearly_rejected(outcome: &Outcome, share: f64) -> bool {
     outcome.verdict() == Verdict::Fails
-        && outcome.p.is_finite()
         && outcome.estimate.is_finite()
         && fault_objection(outcome, share).is_none()
 }
