@@ -108,7 +108,7 @@ struct Tuples(Vec<Finding>);
 impl<'ast> Visit<'ast> for Tuples {
     /// Conversions take what they convert.
     fn visit_item_impl(&mut self, item: &'ast syn::ItemImpl) {
-        let of = item.trait_.as_ref().map(|(path, ..)| path);
+        let of = item.trait_.as_ref().map(|(_, path, _)| path);
         let is_conversion = of.is_some_and(|path| {
             let last = path.segments.last();
             last.is_some_and(|segment| segment.ident == "From")

@@ -101,8 +101,8 @@ fn pointwise(subject: &BsdfSubject, name: &str) -> Outcome {
     found(subject, Vec::new(), name)
 }
 
-/// Fails only where rustc takes closures' arguments for read-only although they change: with
-/// `CARGO_INCREMENTAL=0`.
+/// Fails only where rustc takes closures' arguments for read-only although they change: without
+/// incremental compilation.
 #[test]
 fn closures_have_arguments_of_their_own() {
     let subject = BsdfSubject::new(
