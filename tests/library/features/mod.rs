@@ -42,7 +42,8 @@ use crate::prelude::*;
 
 /// A wide frame whose sides are no multiples of a tile's.
 const FRAME: [u32; 2] = [45, 23];
-/// Samples per pixel on each side of a comparison, at scale 1; noisy estimators take more.
+/// Samples per pixel of an estimator, at scale 1; noisy ones take more. The reference takes half as
+/// many, as it has less noise than what is compared with it.
 const SAMPLES: f64 = 96.0;
 /// Number of standard errors beyond which a difference is not chance: the probability is below
 /// 10⁻¹³ in a t distribution of 95 degrees of freedom, and below 10⁻⁹ in all comparisons together
@@ -78,6 +79,11 @@ const SETTINGS: [Factor; 9] = [
 
 fn samples() -> u32 {
     (SAMPLES * context("features").scale).ceil() as u32
+}
+
+/// Number of samples per pixel that show a gross error.
+fn few_samples() -> u32 {
+    samples().div_ceil(4)
 }
 
 /// Returns the factors of a scene, and these settings.
@@ -164,11 +170,11 @@ fn film_of(size: [u32; 2], scene: &Scene, renderer: &impl Renderer, samples: u32
     filled(renderer, scene, size, 0..replications).expect("legal values")
 }
 
-fn by_path(row: &Row, parts: Parts<'_>, scene: &Scene, seed: u64) -> Film {
+fn by_path(row: &Row, parts: Parts<'_>, scene: &Scene, seed: u64, samples: u32) -> Film {
     let (path, sampling) = (path_of(row).with_parts(parts), sampling_of(row, seed));
     let lanes = |precision| lanes(LaneEstimator::Path(path), sampling, precision);
     // Shadow rays alone are noisy where surfaces emit.
-    let count = samples() * if row.is("finds", "light") { 4 } else { 1 };
+    let count = samples * if row.is("finds", "light") { 4 } else { 1 };
     match row.get("engine") {
         "single" if parts.are_default() => film(scene, &lanes(Precision::Single), count),
         _ => film(scene, &lanes(Precision::Double), count),
@@ -215,7 +221,7 @@ impl Found {
                         estimator: ReferencePathTracer(light),
                         sampling,
                     },
-                    samples(),
+                    samples().div_ceil(2),
                 ))
             }
         };
@@ -349,7 +355,7 @@ fn paths_are_right_where_any_two_features_meet() {
             };
             (
                 light,
-                by_pixel(&by_path(row, Parts::default(), scene, seed)),
+                by_pixel(&by_path(row, Parts::default(), scene, seed, samples())),
             )
         },
     );
@@ -384,13 +390,14 @@ fn paths_that_are_wrong_are_seen() {
     let rows: Vec<Row> = rows.take(8).map(shown).collect();
     let is_seen = |row: &Row| {
         let (scene, light) = (scene_of(row), Some(Light::All(u32::MAX)));
-        let found = Found::new(
+        let film = by_path(
             row,
+            Parts::replaced(&Twice),
             &scene,
-            light,
-            by_pixel(&by_path(row, Parts::replaced(&Twice), &scene, master())),
             master(),
+            few_samples(),
         );
+        let found = Found::new(row, &scene, light, by_pixel(&film), master());
         found
             .objection()
             .is_some_and(|text| text.starts_with("differs"))
@@ -419,8 +426,7 @@ fn rays_of(estimator: impl Estimator, scene: &Scene, seed: u64) -> Measured {
             estimator,
             sampling,
         },
-        // Near an emitter, shadow rays to points uniform in area are noisy.
-        2 * samples(),
+        samples(),
     ))
 }
 

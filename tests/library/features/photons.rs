@@ -25,7 +25,7 @@ pub fn supports_photons(row: &Row) -> bool {
 /// How photons are looked up.
 pub const LOOKUPS: Factor = ("lookup", &["direct", "gather", "progressive"]);
 
-fn by_maps(parts: Parts<'_>, scene: &Scene, lookup: Lookup, seed: u64) -> Measured {
+fn by_maps(parts: Parts<'_>, scene: &Scene, lookup: Lookup, seed: u64, maps: u32) -> Measured {
     let mean = |index: u32| {
         let estimator = PhotonMapping::new(parts, scene, lookup, PARTICLES, RADIUS, (seed, index));
         let renderer = RayRenderer {
@@ -38,7 +38,7 @@ fn by_maps(parts: Parts<'_>, scene: &Scene, lookup: Lookup, seed: u64) -> Measur
         };
         by_pixel(&film(scene, &renderer, 1)).mean
     };
-    by_means((0..samples()).map(mean), MARGIN)
+    by_means((0..maps).map(mean), MARGIN)
 }
 
 #[test]
@@ -48,10 +48,10 @@ fn photons_are_right_where_any_two_features_meet() {
         factors(&[LOOKUPS]),
         supports_photons,
         |row, scene, seed| {
-            let gather = final_gather(PARTICLES, RADIUS);
+            let by_maps = |lookup| by_maps(Parts::default(), scene, lookup, seed, samples());
             let measured = match row.get("lookup") {
-                "direct" => by_maps(Parts::default(), scene, Lookup::DirectVisualization, seed),
-                "gather" => by_maps(Parts::default(), scene, gather, seed),
+                "direct" => by_maps(Lookup::DirectVisualization),
+                "gather" => by_maps(final_gather(PARTICLES, RADIUS)),
                 _ => {
                     let sppm = sppm(Parts::default(), PARTICLES, 2.0 * RADIUS);
                     Measured {
@@ -92,6 +92,7 @@ fn photons_that_are_wrong_are_seen() {
             &scene,
             Lookup::DirectVisualization,
             master(),
+            few_samples(),
         );
         Found::new(row, &scene, None, measured, master())
             .objection()

@@ -20,21 +20,31 @@ pub const ASSERTIONS: usize = 2 * 10 + 2 + 3;
 /// A draw: a direction and its reported pdf.
 type Draw = (Option<DVec3>, f64);
 
-/// Returns the names of outcomes that do not hold, and whether all of these fail.
-fn not_held(mut own: OwnPdfs, n: u64, mut draw: impl FnMut() -> Draw) -> (Vec<String>, bool) {
+/// Returns the outcomes of this many draws.
+fn outcomes(mut own: OwnPdfs, n: u64, mut draw: impl FnMut() -> Draw) -> Vec<Outcome> {
     for _ in 0..n {
         let (direction, pdf) = draw();
         own.push(direction, pdf);
     }
-    let outcomes = own.outcomes(MARGIN);
-    let others = outcomes.iter().filter(|o| o.verdict() != Verdict::Holds);
-    let others: Vec<&Outcome> = others.collect();
-    let fail = others.iter().all(|o| o.verdict() == Verdict::Fails);
-    (others.iter().map(|o| o.name.clone()).collect(), fail)
+    own.outcomes(MARGIN)
+}
+
+/// Returns the names of the outcomes whose verdict is one of those asked for.
+fn named(outcomes: &[Outcome], asked: impl Fn(Verdict) -> bool) -> Vec<&str> {
+    let found = outcomes.iter().filter(|o| asked(o.verdict()));
+    found.map(|o| o.name.as_str()).collect()
+}
+
+fn not_held(outcomes: &[Outcome]) -> Vec<&str> {
+    named(outcomes, |verdict| verdict != Verdict::Holds)
+}
+
+fn failed(outcomes: &[Outcome]) -> Vec<&str> {
+    named(outcomes, |verdict| verdict == Verdict::Fails)
 }
 
 fn assert_holds(own: OwnPdfs, draw: impl FnMut() -> Draw) {
-    assert_eq!(not_held(own, N, draw).0, [""; 0]);
+    assert_eq!(not_held(&outcomes(own, N, draw)), [""; 0]);
 }
 
 /// Compares the solid angle with an integral over circles around the direction.
@@ -70,10 +80,11 @@ fn right_samplers_hold() {
     let mut rng = rng("right");
     // A smooth density down to the horizon. Means in regions are judged for those that are not.
     let covering = OwnPdfs::covering(Precision::DOUBLE, Domain::Hemisphere);
-    let (mut names, _) = not_held(covering, N, || {
+    let found = outcomes(covering, N, || {
         let w: DVec3 = cosine_hemisphere(uniform2(&mut rng));
         (Some(w), w.z * FRAC_1_PI)
     });
+    let mut names = not_held(&found);
     names.retain(|name| !name.starts_with("pdf in region"));
     assert_eq!(names, [""; 0]);
     // A jump of the density, in numbers of five decimals.
@@ -107,44 +118,39 @@ fn wrong_pdfs_fail() {
     let own = || OwnPdfs::covering(Precision::DOUBLE, Domain::Hemisphere);
     let cosine = |random| -> DVec3 { cosine_hemisphere(random) };
     // Normalised, but the density of another sampler.
-    let (names, fail) = not_held(own(), N, || {
+    let found = outcomes(own(), N / 3, || {
         let w: DVec3 = uniform_hemisphere(uniform2(&mut rng));
         (Some(w), w.z * FRAC_1_PI)
     });
+    let names = not_held(&found);
     assert!(
-        fail && names.len() == 11 && names[10] == "integral of z²",
-        "{names:?}"
+        names == failed(&found) && names.len() == 11 && names[10] == "integral of z²",
+        "{found:?}"
     );
-    let (names, fail) = not_held(own(), N, || {
+    let found = outcomes(own(), N / 3, || {
         let w = cosine(uniform2(&mut rng));
         (Some(w), 1.1 * w.z * FRAC_1_PI)
     });
-    assert!(
-        fail && names.contains(&"pdf in region 8".to_owned()),
-        "{names:?}"
-    );
-    assert!(names.contains(&"integral of |z|".to_owned()), "{names:?}");
+    let names = failed(&found);
+    assert!(names.contains(&"pdf in region 8"), "{found:?}");
+    assert!(names.contains(&"integral of |z|"), "{found:?}");
     // One random number for both coordinates: lines in place of an area.
-    let (names, _) = not_held(own(), 400_000, || {
+    let found = outcomes(own(), 400_000, || {
         let [r, _] = uniform2(&mut rng);
         let w = cosine([r, r]);
         (Some(w), w.z * FRAC_1_PI)
     });
-    assert!(
-        names.contains(&"integral of |z|(1 + y)".to_owned()),
-        "{names:?}"
-    );
+    let names = not_held(&found);
+    assert!(names.contains(&"integral of |z|(1 + y)"), "{names:?}");
     assert!(names.len() > 8, "{names:?}");
     // Random numbers of eight bits, and a sampler that is stuck.
     for levels in [256.0, 1.0] {
-        let (names, _) = not_held(OwnPdfs::new(Precision::DOUBLE), 400_000, || {
+        let found = outcomes(OwnPdfs::new(Precision::DOUBLE), 400_000, || {
             let w = cosine(uniform2(&mut rng).map(|r| (r * levels).floor() / levels));
             (Some(w), w.z * FRAC_1_PI)
         });
-        assert!(
-            names.contains(&"repeated directions".to_owned()),
-            "{names:?}"
-        );
+        let names = not_held(&found);
+        assert!(names.contains(&"repeated directions"), "{names:?}");
     }
 }
 
