@@ -289,18 +289,26 @@ impl Partition {
             Some(largest) => Self::quantiles(domain, Quantiles::from_pdf(FINE_GRID, largest, pdf)),
             None => Self::equal(domain, rows, columns),
         };
-        let cell_tolerance = tolerance / (rows * columns) as f64;
-        let (mut budget, mut error) = (halving_budget(), 0.0);
-        let integrate = |k: usize| {
-            let area = match &grid.quantiles {
-                Some(quantiles) => quantiles.grid_cell([k / columns, k % columns]),
-                None => domain.area(grid_cell(k, FINE_GRID)),
-            };
-            let found = domain.integrate_within(area, cell_tolerance, &mut budget, pdf);
-            error += found.error;
-            found.value
+        let area = |k: usize| match &grid.quantiles {
+            Some(quantiles) => quantiles.grid_cell([k / columns, k % columns]),
+            None => domain.area(grid_cell(k, FINE_GRID)),
         };
-        let masses: Vec<f64> = (0..rows * columns).map(integrate).collect();
+        let mut cells: Vec<Integral> = (0..rows * columns)
+            .map(|k| domain.integrate_within(area(k), tolerance, &mut 0, pdf))
+            .collect();
+        // Smooth cells are done at once, and leave most of the tolerance to those that an edge
+        // crosses.
+        let cell_tolerance = 0.5 * tolerance / cells.len() as f64;
+        let rough = |cell: &&Integral| cell.error > cell_tolerance;
+        let rough_tolerance = 0.5 * tolerance / cells.iter().filter(rough).count().max(1) as f64;
+        let mut budget = halving_budget();
+        for (k, cell) in cells.iter_mut().enumerate() {
+            if cell.error > cell_tolerance {
+                *cell = domain.integrate_within(area(k), rough_tolerance, &mut budget, pdf);
+            }
+        }
+        let masses: Vec<f64> = cells.iter().map(|cell| cell.value).collect();
+        let error: f64 = cells.iter().map(|cell| cell.error).sum();
         // NaN stays.
         let error = if error <= tolerance { tolerance } else { error };
         let loss = (1.0 - masses.iter().sum::<f64>()).max(0.0);

@@ -12,14 +12,15 @@ use crate::harness::mean::{ROUNDING, Values, all_equal, mean};
 use crate::harness::outcome::{Claim, Outcome};
 use crate::harness::pointwise::uniform3;
 use crate::harness::roundoff::{MAX_ROUNDING_ERROR, RoundoffBounds};
-use crate::harness::tails::binomial_sf;
+use crate::harness::tails::{binomial_cdf, binomial_sf};
 use crate::harness::trial::Context;
 
 /// Number of samples that measure how far rounding moves integrals.
 const ROUNDING_PROBES: usize = 2000;
-/// Probability that samples which rounding put onto the horizon are taken for forbidden ones: a
-/// thousandth of a trial's share of the error budget.
-const HORIZON_LEVEL: f64 = 1e-12;
+/// Probability that a number of samples that chance explains, of those that rounding put onto the
+/// horizon or of lost ones, is taken for an error: a thousandth of a trial's share of the error
+/// budget.
+const COUNT_LEVEL: f64 = 1e-12;
 
 /// Number of cells of the fine chi-square, which shows what few cells cannot: a ring around a whole
 /// lobe.
@@ -107,8 +108,9 @@ struct Weights {
     controlled: Values,
     /// Mean weight of the samples that are not lost.
     mean_kept_weight: f64,
-    /// Probability of a loss.
+    /// Probability of a loss, and its largest error.
     loss: f64,
+    loss_error: f64,
 }
 
 impl Weights {
@@ -119,6 +121,7 @@ impl Weights {
             controlled: Values::new(albedo),
             mean_kept_weight,
             loss: partition.loss,
+            loss_error: partition.error,
         }
     }
 
@@ -134,12 +137,23 @@ impl Weights {
     fn values(self, rounding: RoundoffBounds, lost: u64) -> Values {
         let controlled =
             lost > 0 && self.mean_kept_weight.is_finite() && self.plain.moments.variance() > 0.0;
-        let better = rounding.is_coarse() || self.plain.valid_from() > self.plain.moments.count();
+        let better = rounding.is_coarse()
+            || (self.plain.valid_from() > self.plain.moments.count() && self.explains(lost));
         if controlled && better {
             self.controlled
         } else {
             self.plain
         }
+    }
+
+    /// Returns whether the pdf explains the number of lost samples. Where it does not, the control
+    /// variate would hide its error: with a pdf that is too high, fewer samples are expected to be
+    /// lost than are, which makes up for the weights that are too low.
+    fn explains(&self, lost: u64) -> bool {
+        let n = self.plain.moments.count();
+        let [least, most] = [-1.0, 1.0].map(|sign| self.loss + sign * self.loss_error);
+        binomial_sf(lost, n, most.min(1.0)) >= COUNT_LEVEL
+            && binomial_cdf(lost, n, least.max(0.0)) >= COUNT_LEVEL
     }
 }
 
@@ -296,7 +310,7 @@ fn exceeds_rounding(
         let integral = subject.domain().integrate(part, MASS_TOLERANCE, &pdf);
         integral.value + integral.error + MASS_TOLERANCE
     };
-    horizon > 0 && binomial_sf(horizon, counts.n, mass()) < HORIZON_LEVEL
+    horizon > 0 && binomial_sf(horizon, counts.n, mass()) < COUNT_LEVEL
 }
 
 fn pdf_integral(subject: &BsdfSubject, wo: DVec3, name: &str, effect: &RoundingEffect) -> Outcome {

@@ -36,8 +36,10 @@ const PARTS: [f64; 12] = [
 /// the sample first, and on a larger one only if the fault is not
 /// [clearly rejected](is_clearly_rejected). The parts are fixed beforehand; those that hardly
 /// [promise](is_promising) a clear rejection, after what a smaller one has shown, are left out.
+/// After one that did not keep its promise the next is twice as large or more.
 pub fn reject(run: &Run, rejected_by: &[&str], context: &Context) -> Rejection {
-    let mut next = PARTS[0];
+    let [first, ..] = PARTS;
+    let mut next = first;
     for share in PARTS {
         if share < next {
             continue;
@@ -53,7 +55,13 @@ pub fn reject(run: &Run, rejected_by: &[&str], context: &Context) -> Rejection {
             return Rejection { outcomes, share };
         }
         let promises = |later: &f64| required.iter().all(|o| is_promising(o, share, *later));
-        let larger = PARTS.into_iter().filter(|later| *later > share);
+        // Between a step and the next, so that rounding of powers does not matter.
+        let least = if share > first {
+            1.7 * share
+        } else {
+            1.2 * share
+        };
+        let larger = PARTS.into_iter().filter(|later| *later > least);
         next = larger.into_iter().find(promises).unwrap_or(1.0);
     }
     Rejection {

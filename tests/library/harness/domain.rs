@@ -291,8 +291,8 @@ fn partitions_of_rough_densities_end_undecided() {
         1.0 + noise(p) - 0.5
     };
     let partition = Partition::from_pdf(Domain::Square, 4, &rough);
-    // 2048 fields and 20 000 halvings, 225 values each.
-    assert!(evaluations.get() <= 225 * (2048 + 2 * 20_000));
+    // 2048 cells, each a second time to halve it, and 20 000 halvings, 225 values each.
+    assert!(evaluations.get() <= 225 * (2 * 2048 + 2 * 20_000));
     assert!(partition.error > 1e-4, "{}", partition.error);
     let counts = Counts {
         n: 40_000_000,
