@@ -64,7 +64,7 @@ fn light_tracing_is_right_where_any_two_features_meet() {
         |_, scene, seed| {
             (
                 Some(Light::StraightToTheEye),
-                passes_of(&tracer, scene, seed, samples() * 3 / 2),
+                passes_of(&tracer, scene, seed, 2 * samples()),
             )
         },
     );

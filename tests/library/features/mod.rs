@@ -426,7 +426,8 @@ fn rays_of(estimator: impl Estimator, scene: &Scene, seed: u64) -> Measured {
             estimator,
             sampling,
         },
-        samples(),
+        // Near an emitter, shadow rays to points uniform in area are noisy.
+        2 * samples(),
     ))
 }
 
