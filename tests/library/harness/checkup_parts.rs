@@ -315,6 +315,37 @@ fn pointwise_errors_are_relative() {
     );
 }
 
+/// Samples that are lost more or less often than the pdf says do not make up for a pdf that is too
+/// high or too low by a factor.
+#[test]
+fn lost_samples_do_not_hide_the_pdf_s_factor() {
+    const KEPT: f64 = 0.8;
+    let furnace = |factor: f64| {
+        let pdf = move |wo, wi| factor * KEPT * pdf(wo, wi);
+        let sample = move |wo, [r1, r2, r3]: [f64; 3]| {
+            let sample = sample(wo, [r1, r2, r3]).filter(|_| r3 < KEPT)?;
+            Some(SampledDirection {
+                weight: sample.weight / (factor * KEPT),
+                pdf: pdf(wo, sample.wi),
+                ..sample
+            })
+        };
+        outcome(
+            &BsdfSubject::new(eval, sample, pdf).loss(Loss::Allowed),
+            "furnace",
+        )
+    };
+    // The control variate takes all noise away.
+    assert_abs_diff_eq!(furnace(1.0).estimate, ALBEDO, epsilon = 1e-6);
+    for factor in [0.9, 1.1] {
+        let wrong = furnace(factor);
+        assert_ne!(wrong.verdict(), Verdict::Holds, "{factor}");
+        assert!(wrong.p < ALPHA, "{factor}: p = {}", wrong.p);
+        // Ten standard errors of a mean that 20 000 samples have.
+        assert_abs_diff_eq!(wrong.estimate, ALBEDO / factor, epsilon = 0.02);
+    }
+}
+
 #[test]
 fn the_pdf_integrates_to_what_is_not_lost() {
     let error = |factor: f64, loss| {

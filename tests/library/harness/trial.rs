@@ -235,23 +235,24 @@ fn off_by(effect: f64) -> impl Fn(&Context) -> Vec<Outcome> + Send + Sync + 'sta
     }
 }
 
+/// Returns the shares of the sample on which a fault runs.
+fn shares(outcomes: Run) -> Vec<f64> {
+    let seen = Arc::new(Mutex::new(Vec::new()));
+    let log = Arc::clone(&seen);
+    let run: Run = Box::new(move |context: &Context| {
+        log.lock().expect("not poisoned").push(context.scale);
+        outcomes(context)
+    });
+    let share = reject(&run, &[], &context(1.0)).share;
+    let seen = seen.lock().expect("not poisoned").clone();
+    assert_eq!(seen.last(), Some(&share));
+    seen
+}
+
 /// A fault runs on the smallest part of the sample first, then on one that promises a clear
 /// rejection, and on the whole if none does.
 #[test]
 fn a_fault_runs_on_no_more_of_the_sample_than_it_takes() {
-    // The shares on which a fault runs.
-    let shares = |outcomes: Run| {
-        let seen = Arc::new(Mutex::new(Vec::new()));
-        let log = Arc::clone(&seen);
-        let run: Run = Box::new(move |context: &Context| {
-            log.lock().expect("not poisoned").push(context.scale);
-            outcomes(context)
-        });
-        let share = reject(&run, &[], &context(1.0)).share;
-        let seen = seen.lock().expect("not poisoned").clone();
-        assert_eq!(seen.last(), Some(&share));
-        seen
-    };
     let first = 1.0 / 64.0;
     let identity = |_: &Context| vec![Outcome::identity("identity", 1, 2.0, 1.0, "")];
     assert_eq!(shares(Box::new(identity)), [first]);
@@ -265,6 +266,27 @@ fn a_fault_runs_on_no_more_of_the_sample_than_it_takes() {
         };
         assert_eq!(smallest, first);
         assert!(range.contains(&enough), "{effect}: {enough}");
+    }
+}
+
+/// After a part that did not keep its promise a fault runs on one twice as large or more.
+#[test]
+fn a_fault_runs_on_few_parts_where_its_effect_seems_larger_in_small_ones() {
+    let shrinking = |context: &Context| {
+        let seeming = 13.0 / context.scale.powf(0.35);
+        off_by(seeming)(context)
+    };
+    let shares = shares(Box::new(shrinking));
+    let [first, promised, rest @ ..] = &shares[..] else {
+        panic!("{shares:?}");
+    };
+    assert!(
+        *first == 1.0 / 64.0 && *promised < 2.1 * first,
+        "{shares:?}"
+    );
+    assert!(rest.len() >= 2, "{shares:?}");
+    for steps in shares[1..].windows(2) {
+        assert!(steps[1] > 1.9 * steps[0] || steps[1] == 1.0, "{shares:?}");
     }
 }
 
