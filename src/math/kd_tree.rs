@@ -35,15 +35,6 @@ struct Node {
     index: u32,
 }
 
-/// The points within a radius of a centre.
-#[derive(Clone, Copy)]
-struct Ball {
-    centre: DVec3,
-    radius_squared: f64,
-}
-
-/// Largest relative rounding of a squared distance, with a factor of ten to spare.
-const ROUNDING: f64 = 1e-14;
 /// Length from which the two halves of a slice are built in parallel.
 const MIN_PARALLEL_LENGTH: usize = 4096;
 /// Largest number of points of a leaf, all of which are tested.
@@ -102,11 +93,7 @@ impl<T> KdTree<T> {
     /// Visits every value whose point p has ‖p − centre‖² ≤ `radius_squared`, in the tree's order.
     #[inline]
     pub fn within(&self, centre: DVec3, radius_squared: f64, mut visit: impl FnMut(&T)) {
-        let ball = Ball {
-            centre,
-            radius_squared,
-        };
-        self.walk(0..self.len(), ball, DVec3::ZERO, &mut visit);
+        self.walk(0..self.len(), centre, radius_squared, &mut visit);
     }
 
     /// Returns the approximate index, in the tree's order, of a point: near most of those that lie
@@ -125,41 +112,44 @@ impl<T> KdTree<T> {
         range.start
     }
 
-    /// Visits the values of a range of points; `beyond` is the offset from its cell to the centre
-    /// along each axis, 0 where the centre is between the cell's planes.
-    fn walk(&self, range: Range<usize>, ball: Ball, beyond: DVec3, visit: &mut impl FnMut(&T)) {
+    fn walk(
+        &self,
+        range: Range<usize>,
+        centre: DVec3,
+        radius_squared: f64,
+        visit: &mut impl FnMut(&T),
+    ) {
         if range.len() <= MAX_LEAF_POINTS {
-            return self.scan(range, ball, visit);
+            return self.scan(range, centre, radius_squared, visit);
         }
         let middle = range.start + middle(range.len());
         let Plane { at, axis } = self.planes[middle / LANES - 1];
-        let axis = usize::from(axis);
-        let offset = ball.centre[axis] - at;
-        let mut far = beyond;
-        far[axis] = offset;
-        let is_far_near = far.length_squared() <= ball.radius_squared * (1.0 + ROUNDING);
-        if offset < 0.0 || is_far_near {
-            let beyond = if offset < 0.0 { beyond } else { far };
-            self.walk(range.start..middle, ball, beyond, visit);
+        let offset = centre[usize::from(axis)] - at;
+        let is_near = offset * offset <= radius_squared;
+        if offset < 0.0 || is_near {
+            self.walk(range.start..middle, centre, radius_squared, visit);
         }
-        if offset > 0.0 || is_far_near {
-            let beyond = if offset > 0.0 { beyond } else { far };
-            self.walk(middle..range.end, ball, beyond, visit);
+        if offset > 0.0 || is_near {
+            self.walk(middle..range.end, centre, radius_squared, visit);
         }
     }
 
     /// Tests each point of a range.
     #[inline]
-    fn scan(&self, range: Range<usize>, ball: Ball, visit: &mut impl FnMut(&T)) {
+    fn scan(
+        &self,
+        range: Range<usize>,
+        centre: DVec3,
+        radius_squared: f64,
+        visit: &mut impl FnMut(&T),
+    ) {
         for first in range.clone().step_by(LANES) {
             let points = Lanes3::of([0, 1, 2].map(|axis| {
                 let coordinates = self.points[axis][first..].first_chunk::<LANES>();
                 Lanes::new(*coordinates.expect("numbers follow the last point"))
             }));
-            let distances_squared = (points - Lanes3::splat_vector(ball.centre)).length_squared();
-            let far = distances_squared
-                .cmpgt(Lanes::splat(ball.radius_squared))
-                .bits();
+            let distances_squared = (points - Lanes3::splat_vector(centre)).length_squared();
+            let far = distances_squared.cmpgt(Lanes::splat(radius_squared)).bits();
             let values = &self.values[first..range.end.min(first + LANES)];
             let mut near = !far & ((1 << values.len()) - 1);
             while near != 0 {
