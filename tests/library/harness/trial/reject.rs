@@ -1,0 +1,90 @@
+//! Tests of the parts of a sample on which faults are rejected.
+
+use super::*;
+
+/// Size of a whole sample.
+const WHOLE: u64 = 1_000_000;
+
+/// Returns a function whose outcome is `effect` standard errors off where the sample is whole.
+fn off_by(effect: f64) -> impl Fn(&Context) -> Vec<Outcome> + Send + Sync + 'static {
+    move |context| {
+        let n = context.n(WHOLE);
+        let sigmas = effect * context.scale.sqrt();
+        vec![Outcome {
+            n,
+            p: 2.0 * normal_sf(sigmas),
+            sensitivity: normal(1.0, n as f64),
+            ..outcome(sigmas, normal_upper(0.5 * ALPHA), Claim::Test)
+        }]
+    }
+}
+
+/// Returns the shares of the sample on which a fault runs.
+fn shares(outcomes: Run) -> Vec<f64> {
+    let seen = Arc::new(Mutex::new(Vec::new()));
+    let log = Arc::clone(&seen);
+    let run: Run = Box::new(move |context: &Context| {
+        log.lock().expect("not poisoned").push(context.scale);
+        outcomes(context)
+    });
+    let share = reject(&run, &[], &context(1.0)).share;
+    let seen = seen.lock().expect("not poisoned").clone();
+    assert_eq!(seen.last(), Some(&share));
+    seen
+}
+
+/// A fault runs on the smallest part of the sample first, then on one that promises a clear
+/// rejection, and on the whole if none does.
+#[test]
+fn a_fault_runs_on_no_more_of_the_sample_than_it_takes() {
+    let first = 1.0 / 64.0;
+    let identity = |_: &Context| vec![Outcome::identity("identity", 1, 2.0, 1.0, "")];
+    assert_eq!(shares(Box::new(identity)), [first]);
+    assert_eq!(shares(Box::new(off_by(70.0))), [first]);
+    for effect in [0.0, 7.0] {
+        assert_eq!(shares(Box::new(off_by(effect))), [first, 1.0]);
+    }
+    for (effect, range) in [(40.0, 0.04..0.1), (26.0, 0.1..0.3), (18.0, 0.5..0.9)] {
+        let [smallest, enough] = shares(Box::new(off_by(effect)))[..] else {
+            panic!("{effect}");
+        };
+        assert_eq!(smallest, first);
+        assert!(range.contains(&enough), "{effect}: {enough}");
+    }
+}
+
+/// After a part that did not keep its promise a fault runs on one twice as large or more.
+#[test]
+fn a_fault_runs_on_few_parts_where_its_effect_seems_larger_in_small_ones() {
+    let shrinking = |context: &Context| {
+        let seeming = 13.0 / context.scale.powf(0.35);
+        off_by(seeming)(context)
+    };
+    let shares = shares(Box::new(shrinking));
+    let [first, promised, rest @ ..] = &shares[..] else {
+        panic!("{shares:?}");
+    };
+    assert!(
+        *first == 1.0 / 64.0 && *promised < 2.1 * first,
+        "{shares:?}"
+    );
+    assert!(rest.len() >= 2, "{shares:?}");
+    for steps in shares[1..].windows(2) {
+        assert!(steps[1] > 1.9 * steps[0] || steps[1] == 1.0, "{shares:?}");
+    }
+}
+
+/// A part that rejects clearly needs fewer standard errors than a whole sample.
+#[test]
+fn the_guard_knows_the_part_that_rejected_a_control() {
+    let planned = Context::new(DEFAULT_SEED, 1.0).expect("a valid scale");
+    let checked = |effect| {
+        let control = NegativeControl::new("wrong", "it is not so", off_by(effect));
+        check_control(&trial(Vec::new(), Vec::new()), &control, &planned)
+    };
+    let rows = checked(26.0).expect("clear in a part");
+    let sigmas = normal_upper(0.5 * rows[0].outcome.p);
+    assert!((9.0..12.0).contains(&sigmas), "{sigmas}");
+    let why = checked(13.0).expect_err("rejected, but not clearly by the whole");
+    assert!(why.contains("too small for the error budget"), "{why}");
+}
