@@ -135,7 +135,7 @@ pub trait ImageEstimator: Sync {
         seed: u64,
         index: u32,
     ) -> Result<Vec<DVec3>, Error> {
-        self.image(scene, resolution, (seed, index).into())
+        self.image(scene, resolution, ImagePass::independent(seed, index))
     }
 }
 

@@ -51,8 +51,7 @@ impl SamplerKind {
     }
 }
 
-/// A pass over a whole image: with scene and image size, it decides all samples. The pair (seed,
-/// index) converts to a pass of independent numbers.
+/// A pass over a whole image: with scene and image size, it decides all samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ImagePass {
     /// Source of its random numbers. With Sobol' points, as many consecutive passes make up a
@@ -64,18 +63,16 @@ pub struct ImagePass {
     pub index: u32,
 }
 
-impl From<(u64, u32)> for ImagePass {
-    fn from(seed_and_index: (u64, u32)) -> Self {
-        let (seed, index) = seed_and_index;
+impl ImagePass {
+    /// Returns a pass of independent numbers.
+    pub fn independent(seed: u64, index: u32) -> Self {
         Self {
             sampler: SamplerKind::Independent,
             seed,
             index,
         }
     }
-}
 
-impl ImagePass {
     /// Returns the random numbers of the paths of a pixel. The passes of a replication take the
     /// points of one scramble.
     pub fn pixel_stream(self, pixel: u32) -> SampleStream {

@@ -5,7 +5,6 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use whitefurnace::film::check_radiance;
 use whitefurnace::film::splat::Splats;
 use whitefurnace::integrator::MAX_PATH_VERTICES;
-use whitefurnace::sampling::sampler::ImagePass;
 
 use crate::helpers;
 use crate::prelude::*;
@@ -308,7 +307,7 @@ fn photons(scene: &Scene, parts: BadParts, lookup: Lookup) -> Result<Film, Error
             lookup,
             50,
             0.5,
-            (master(), 0),
+            ImagePass::independent(master(), 0),
         )?,
     )
 }

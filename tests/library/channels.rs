@@ -117,8 +117,15 @@ pub fn physical_images(scene: &Scene) -> Vec<(&'static str, Image)> {
     };
     let (area, angle) = (LightSampling::Area, LightSampling::SolidAngle);
     let photons = |lookup| {
-        PhotonMapping::new(Parts::default(), scene, lookup, 3000, 0.3, (master(), 0))
-            .expect("a small map")
+        PhotonMapping::new(
+            Parts::default(),
+            scene,
+            lookup,
+            3000,
+            0.3,
+            ImagePass::independent(master(), 0),
+        )
+        .expect("a small map")
     };
     let gather = final_gather(3000, 0.3);
     let report = Report {

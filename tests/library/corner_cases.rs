@@ -107,7 +107,15 @@ fn without_emitters_it_is_dark() {
     let dark = over_floor(5.0, |_| {});
     let sky = over_floor(5.0, |scene| scene.background(DVec3::ONE));
     let photons = |scene: &Scene, lookup| {
-        PhotonMapping::new(Parts::default(), scene, lookup, 10, 0.1, (1, 0)).expect("a map")
+        PhotonMapping::new(
+            Parts::default(),
+            scene,
+            lookup,
+            10,
+            0.1,
+            ImagePass::independent(1, 0),
+        )
+        .expect("a map")
     };
     let gather = final_gather(10, 0.1);
     let none = |found: Vec<DVec3>| assert!(found.iter().all(|v| *v == DVec3::ZERO), "{found:?}");
@@ -129,10 +137,16 @@ fn without_emitters_it_is_dark() {
                 .expect("legal values"),
         );
         assert_eq!(
-            PhotonMap::new(Parts::default(), scene, PhotonMapKind::All, 5, (1, 0))
-                .expect("a map")
-                .photons()
-                .count(),
+            PhotonMap::new(
+                Parts::default(),
+                scene,
+                PhotonMapKind::All,
+                5,
+                ImagePass::independent(1, 0)
+            )
+            .expect("a map")
+            .photons()
+            .count(),
             0
         );
     }
@@ -197,7 +211,14 @@ fn limits_of_zero_mean_direct_light() {
 fn photons_without_number_or_radius_are_refused() {
     let scene = simple::cornell().expect("a scene");
     let map = |lookup, particles, radius| {
-        PhotonMapping::new(Parts::default(), &scene, lookup, particles, radius, (1, 0))
+        PhotonMapping::new(
+            Parts::default(),
+            &scene,
+            lookup,
+            particles,
+            radius,
+            ImagePass::independent(1, 0),
+        )
     };
     assert_option_refused(map(Lookup::DirectVisualization, 0, 0.1), "at least 1");
     for radius in [0.0, -0.1, f64::NAN, f64::INFINITY] {

@@ -230,7 +230,14 @@ fn renders(scene: &Scene, text: &str, far_apart: bool) {
     };
     let whitted = Whitted::new(TransportRules::PHYSICAL);
     let lookup = Lookup::DirectVisualization;
-    let photons = PhotonMapping::new(Parts::default(), scene, lookup, 20, 0.1, (1, 0));
+    let photons = PhotonMapping::new(
+        Parts::default(),
+        scene,
+        lookup,
+        20,
+        0.1,
+        ImagePass::independent(1, 0),
+    );
     let rays =
         |estimator: &dyn Estimator, sampling| rendered(scene, estimator, FRAME, sampling, &[0..1]);
     let images = |estimator: &dyn ImageEstimator| passes(scene, estimator, FRAME, &[0..1]);

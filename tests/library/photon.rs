@@ -5,7 +5,6 @@ use whitefurnace::integrator::photon::photon_map::{MAX_MAP_MEMORY, Photon, same_
 use whitefurnace::integrator::{Sample, radius_squared};
 use whitefurnace::light::emitter::EmitterPoint;
 use whitefurnace::math::kd_tree::KdTree;
-use whitefurnace::sampling::sampler::ImagePass;
 
 use crate::prelude::*;
 
@@ -100,11 +99,17 @@ fn a_kd_tree_knows_about_where_points_are() {
 }
 
 fn photons(kept: PhotonMapKind, scene: &Scene, emitted: u32) -> Vec<Photon> {
-    PhotonMap::new(Parts::default(), scene, kept, emitted, (3, 1))
-        .expect("a small map")
-        .photons()
-        .copied()
-        .collect()
+    PhotonMap::new(
+        Parts::default(),
+        scene,
+        kept,
+        emitted,
+        ImagePass::independent(3, 1),
+    )
+    .expect("a small map")
+    .photons()
+    .copied()
+    .collect()
 }
 
 #[test]
@@ -145,7 +150,7 @@ fn a_map_that_would_not_fit_memory_is_refused_before_it_is_made() {
             &scene,
             PhotonMapKind::All,
             emitted,
-            (1, 0),
+            ImagePass::independent(1, 0),
         )
     };
     assert!(check(most).is_ok());
@@ -156,7 +161,7 @@ fn a_map_that_would_not_fit_memory_is_refused_before_it_is_made() {
             &scene,
             PhotonMapKind::All,
             u32::MAX,
-            (1, 0),
+            ImagePass::independent(1, 0),
         ),
         "GB",
     );
@@ -168,9 +173,15 @@ fn photons_are_looked_up_for_many_samples_as_for_one() {
     let scene = report_room();
     let gather = final_gather(500, 0.2);
     for lookup in [Lookup::DirectVisualization, gather] {
-        let photons =
-            PhotonMapping::new(Parts::default(), &scene, lookup, 4000, 0.2, (master(), 0))
-                .expect("a map");
+        let photons = PhotonMapping::new(
+            Parts::default(),
+            &scene,
+            lookup,
+            4000,
+            0.2,
+            ImagePass::independent(master(), 0),
+        )
+        .expect("a map");
         let samples = || {
             (0..400).map(|i| {
                 let ray =
@@ -180,7 +191,7 @@ fn photons_are_looked_up_for_many_samples_as_for_one() {
                 Sample {
                     ray,
                     hit: scene.intersect(&ray),
-                    rng: ImagePass::from((master(), 1)).pixel_stream(i),
+                    rng: ImagePass::independent(master(), 1).pixel_stream(i),
                 }
             })
         };
@@ -295,7 +306,15 @@ fn one_photon_is_seen_in_every_way() {
     let gather = final_gather(1, caustic_radius);
     let seen = |scene: &Scene, parts: SinglePhoton, lookup: Lookup, ray: &Ray| {
         let parts = Parts::replaced(&parts);
-        let photons = PhotonMapping::new(parts, scene, lookup, 1, radius, (1, 0)).expect("a map");
+        let photons = PhotonMapping::new(
+            parts,
+            scene,
+            lookup,
+            1,
+            radius,
+            ImagePass::independent(1, 0),
+        )
+        .expect("a map");
         photons
             .radiance(scene, ray, scene.intersect(ray), &mut stream(1, 0, 0))
             .x

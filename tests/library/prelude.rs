@@ -32,7 +32,7 @@ pub use whitefurnace::sampling::pixel::PixelSampling;
 pub use whitefurnace::sampling::pixel::PixelSampling::{Centre, Grid, Jitter, Random};
 pub use whitefurnace::sampling::rng::{seed_for, stream, uniform, uniform2};
 pub use whitefurnace::sampling::roulette::Roulette;
-pub use whitefurnace::sampling::sampler::{Sampler, SamplerKind};
+pub use whitefurnace::sampling::sampler::{ImagePass, Sampler, SamplerKind};
 pub use whitefurnace::sampling::warp::{
     cosine_hemisphere, cosine_hemisphere_pdf, uniform_hemisphere,
 };

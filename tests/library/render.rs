@@ -232,8 +232,15 @@ fn features_are_the_same_for_every_estimator() {
     let ways = [Centre, Grid(2), Random, Jitter(2)];
     let mis = ways.map(|pixel| whole(&scene, &path(), pixel));
     let lookup = Lookup::DirectVisualization;
-    let photons = PhotonMapping::new(Parts::default(), &scene, lookup, 100, 0.3, (1, 0))
-        .expect("a small map");
+    let photons = PhotonMapping::new(
+        Parts::default(),
+        &scene,
+        lookup,
+        100,
+        0.3,
+        ImagePass::independent(1, 0),
+    )
+    .expect("a small map");
     let resolution = resolution(40, 0);
     let solved =
         Radiosity::new(Parts::default(), &scene, resolution, &|_| true).expect("it settles");

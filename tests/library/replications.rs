@@ -195,10 +195,10 @@ fn every_map_of_photons_draws_its_own_numbers() {
     let lookup = final_gather(40, 0.1);
     // Programs identify replications by seed, passes by number.
     for (seed, pass) in [(1_u32, 0), (1, 1), (2, 0), (3, 7)] {
-        let name = (seed_for(master(), &seed.to_string()), pass);
+        let pass = ImagePass::independent(seed_for(master(), &seed.to_string()), pass);
         let watched = Watched(&seen);
         let parts = Parts::replaced(&watched);
-        assert!(PhotonMapping::new(parts, &scene, lookup, 40, 0.1, name).is_ok());
+        assert!(PhotonMapping::new(parts, &scene, lookup, 40, 0.1, pass).is_ok());
     }
     let draws = seen.into_inner().expect("no panic");
     assert!(draws.len() >= 4 * 2 * 2 * 40);

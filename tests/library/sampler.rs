@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 
 use whitefurnace::sampling::sampler::{
-    BLOCK, FIRST_LIGHT_BLOCK, ImagePass, MAX_POINTS, SampleStream, Sobol, scramble,
+    BLOCK, FIRST_LIGHT_BLOCK, MAX_POINTS, SampleStream, Sobol, scramble,
 };
 
 use crate::prelude::*;
@@ -225,7 +225,7 @@ fn replications_of_passes_are_whole_sequences() {
 /// Passes with independent numbers draw from the streams of pixels and particles.
 #[test]
 fn independent_passes_draw_from_streams() {
-    let pass = ImagePass::from((5, 3));
+    let pass = ImagePass::independent(5, 3);
     for mut source in [pass.pixel_stream(7), pass.particle_stream(7, 9)] {
         source.block(FIRST_LIGHT_BLOCK);
         assert_eq!(
@@ -283,7 +283,7 @@ fn every_vertex_has_a_block_of_its_own() {
         Lookup::DirectVisualization,
         1,
         0.1,
-        (1, 0),
+        ImagePass::independent(1, 0),
     );
     let photons = photons.expect("a map");
     let by_photons = blocks(&|rng| photons.radiance(&scene, &ray, hit, rng));
@@ -305,7 +305,7 @@ fn final_gathering_takes_the_next_block() {
         lookup,
         1,
         0.1,
-        (1, 0),
+        ImagePass::independent(1, 0),
     )
     .expect("a map");
     let mut recorder = Constant::default();

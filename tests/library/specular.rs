@@ -125,7 +125,7 @@ fn a_caustic_ends_at_its_first_diffuse_surface() {
         &scene,
         PhotonMapKind::Caustic,
         STREAMS,
-        (master(), 0),
+        ImagePass::independent(master(), 0),
     );
     let kept = map.expect("a map").photons().count() as u32;
     assert!((STREAMS / 2..=STREAMS).contains(&kept), "{kept}");

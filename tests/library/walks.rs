@@ -3,7 +3,6 @@
 use whitefurnace::film::splat::Splats;
 use whitefurnace::integrator::Connections;
 use whitefurnace::material::rough_glass::RoughGlass;
-use whitefurnace::sampling::sampler::ImagePass;
 
 use crate::lanes::scenes::scenes;
 use crate::prelude::*;

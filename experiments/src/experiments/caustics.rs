@@ -5,6 +5,7 @@ use trials::photon::scenes::{CAUSTIC, caustic, no_caustic};
 use whitefurnace::harness::mean::{Sigma, skewness_of_sum};
 use whitefurnace::integrator::Whitted;
 use whitefurnace::render::ImageRenderer;
+use whitefurnace::sampling::sampler::ImagePass;
 
 use crate::experiments::prelude::*;
 
@@ -216,7 +217,14 @@ fn one_image(scene: &Scene, method: Method, seed: u64, effort: Work) -> Result<F
             render_samples(scene, &whitted, sampling, size, samples)
         }
         Method::Photon(lookup) => {
-            let photons = PhotonMapping::new(parts, scene, lookup, particles, RADIUS, (seed, 0))?;
+            let photons = PhotonMapping::new(
+                parts,
+                scene,
+                lookup,
+                particles,
+                RADIUS,
+                ImagePass::independent(seed, 0),
+            )?;
             render_samples(scene, &photons, sampling, size, samples)
         }
         Method::Sppm => {

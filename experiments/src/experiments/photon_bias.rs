@@ -2,6 +2,7 @@
 
 use trials::photon::scenes::{at_point, disc_average, over_floor, point_camera, ray_to_origin};
 use whitefurnace::integrator::{ImageEstimator, radius_squared};
+use whitefurnace::sampling::sampler::ImagePass;
 
 use crate::experiments::prelude::*;
 
@@ -106,7 +107,7 @@ fn looked_up(scene: &Scene, radius: f64, seed: u64, index: u32) -> Result<f64, E
         Lookup::DirectVisualization,
         PARTICLES,
         radius,
-        (seed, index),
+        ImagePass::independent(seed, index),
     )?;
     let ray = ray_to_origin();
     let mut rng = stream(seed, index, 0);

@@ -8,6 +8,7 @@ use whitefurnace::light::emitter::{Emitter, EmitterPoint};
 use whitefurnace::material::Scattering;
 use whitefurnace::sampling::roulette;
 use whitefurnace::sampling::roulette::Roulette;
+use whitefurnace::sampling::sampler::ImagePass;
 
 use crate::experiments::prelude::*;
 
@@ -106,7 +107,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
                 lookup,
                 PARTICLES,
                 RADIUS,
-                (seed, 0),
+                ImagePass::independent(seed, 0),
             )?;
             film(scene, &photons, seed, SAMPLES)
         }

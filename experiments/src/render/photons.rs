@@ -4,6 +4,7 @@ use clap::{Args, ValueEnum};
 use whitefurnace::error::Error;
 use whitefurnace::integrator::photon::photon_map::{PhotonMap, PhotonMapKind};
 use whitefurnace::integrator::{Lookup, Parts};
+use whitefurnace::sampling::sampler::ImagePass;
 use whitefurnace::scene::Scene;
 
 use crate::run::cli::{integer, number};
@@ -92,7 +93,7 @@ impl Photons {
             scene,
             PhotonMapKind::All,
             self.photons,
-            (seed, 0),
+            ImagePass::independent(seed, 0),
         )?;
         match self.lookup(one_map) {
             Lookup::DirectVisualization => Ok(()),
@@ -103,7 +104,7 @@ impl Photons {
                 scene,
                 PhotonMapKind::Caustic,
                 caustic_particles,
-                (seed, 0),
+                ImagePass::independent(seed, 0),
             ),
         }
     }

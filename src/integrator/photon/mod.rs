@@ -97,9 +97,8 @@ impl<'a> PhotonMapping<'a> {
         lookup: Lookup,
         particles: u32,
         radius: f64,
-        pass: impl Into<ImagePass>,
+        pass: ImagePass,
     ) -> Result<Self, Error> {
-        let pass = pass.into();
         check_radius(radius)?;
         if let Lookup::FinalGather { caustic_radius, .. } = lookup {
             check_radius(caustic_radius)?;

@@ -122,9 +122,8 @@ impl PhotonMap {
         scene: &Scene,
         kind: PhotonMapKind,
         emitted: u32,
-        pass: impl Into<ImagePass>,
+        pass: ImagePass,
     ) -> Result<Self, Error> {
-        let pass = pass.into();
         let rng = |particle| pass.particle_stream(particle, emitted);
         let follow = |particles| {
             with_parts!(parts, |parts| trace_photons(
@@ -164,9 +163,8 @@ impl PhotonMap {
         scene: &Scene,
         kind: PhotonMapKind,
         emitted: u32,
-        pass: impl Into<ImagePass>,
+        pass: ImagePass,
     ) -> Result<(), Error> {
-        let pass = pass.into();
         let rng = |particle| pass.particle_stream(particle, emitted);
         pilot(emitted, |particles| {
             with_parts!(parts, |parts| trace_photons(

@@ -27,7 +27,14 @@ pub const LOOKUPS: Factor = ("lookup", &["direct", "gather", "progressive"]);
 
 fn by_maps(parts: Parts<'_>, scene: &Scene, lookup: Lookup, seed: u64, maps: u32) -> Measured {
     let mean = |index: u32| {
-        let estimator = PhotonMapping::new(parts, scene, lookup, PARTICLES, RADIUS, (seed, index));
+        let estimator = PhotonMapping::new(
+            parts,
+            scene,
+            lookup,
+            PARTICLES,
+            RADIUS,
+            ImagePass::independent(seed, index),
+        );
         let renderer = RayRenderer {
             estimator: estimator.expect("a map"),
             sampling: sampling(

@@ -3,6 +3,7 @@
 use whitefurnace::error::Error;
 use whitefurnace::integrator::{Bdpt, ImageEstimator, LightTracer, Lookup, PhotonMapping, Sppm};
 use whitefurnace::light::emitter::LightSampling;
+use whitefurnace::sampling::sampler::ImagePass;
 
 use crate::mean_radiance::path;
 use crate::prelude::*;
@@ -93,7 +94,7 @@ impl Eye {
                     lookup,
                     PARTICLES,
                     UNBOUNDED_RADIUS,
-                    (seed, 0),
+                    ImagePass::independent(seed, 0),
                 )?;
                 let radiance = |ray: &Ray, rng: &mut Stream| {
                     map.radiance(scene, ray, scene.intersect(ray), rng)

@@ -14,6 +14,7 @@ mod eye;
 mod glass;
 
 use whitefurnace::integrator::photon::photon_map::{PhotonMap, PhotonMapKind};
+use whitefurnace::sampling::sampler::ImagePass;
 
 use crate::certain_paths::eye::{Eye, HITS, PARTICLES};
 use crate::mean_radiance::largest;
@@ -106,7 +107,13 @@ impl Property for ParticleSum {
             let image = Eye::LightTracer.image(setup, &self.scene, &mut rng, seed);
             image.map(|image| image.iter().sum::<f64>())
         } else {
-            let map = PhotonMap::new(parts, &self.scene, PhotonMapKind::All, PARTICLES, (seed, 0));
+            let map = PhotonMap::new(
+                parts,
+                &self.scene,
+                PhotonMapKind::All,
+                PARTICLES,
+                ImagePass::independent(seed, 0),
+            );
             map.map(|map| mean_channel(&self.scene, map.photons().map(|photon| photon.flux).sum()))
         };
         let error = sum.map_or(f64::NAN, |sum| sum / self.expected - 1.0);
