@@ -70,11 +70,12 @@ fn verdict(
     precision: Precision,
     sample: &dyn Fn([f64; 2]) -> Option<DVec3>,
 ) -> String {
-    // Half of them are lost below the horizon where facets are roughest.
-    let n = if name.starts_with("ggx:1,") {
-        60_000
-    } else {
-        30_000
+    let n = match samples {
+        // They are far off.
+        "cones" => 3000,
+        // Half of them are lost below the horizon where facets are roughest.
+        _ if name.starts_with("ggx:1,") => 60_000,
+        _ => 30_000,
     };
     let density = density_of_name(name).unwrap_or_else(|error| panic!("{name}: {error}"));
     // A fixed seed: nothing is left to chance.

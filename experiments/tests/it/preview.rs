@@ -181,6 +181,13 @@ fn a_viewer_that_is_not_there_or_goes_away_or_is_stuck() {
     );
     assert_eq!(std::fs::read_dir(&folder).expect("the folder").count(), 0);
 
+    // This viewer reads nothing, and the image is larger than the system's buffer. The renderer waits for it while the
+    // other viewer goes away.
+    let stuck = listen();
+    let options = "--scene environment --size 2000x1250 --spp 1 --out";
+    let words = format!("{options} stuck.exr --tev 127.0.0.1:{}", port(&stuck));
+    let mut waiting = Running::render(&words, &folder);
+
     let listener = listen();
     let words = format!("{ENDLESS}1 --tev localhost:{}", port(&listener));
     let mut render = Running::render(&words, &folder);
@@ -190,19 +197,9 @@ fn a_viewer_that_is_not_there_or_goes_away_or_is_stuck() {
     render.signal("-TERM");
     assert_eq!(render.end(), Some(143));
 
-    // This viewer reads nothing, and the image is larger than the system's buffer.
-    let listener = listen();
-    let options = "--scene environment --size 2000x1250 --spp 1 --out";
-    let stuck = crate::render(
-        &folder,
-        &format!("{options} stuck.exr --tev 127.0.0.1:{}", port(&listener)),
-    );
-    let said = text(&stuck.stderr);
-    assert!(
-        stuck.status.success() && said.contains("the last image was not accepted in time"),
-        "{said}"
-    );
     renders(&folder, &format!("{options} whole.exr"));
+    waiting.wait_for("the last image was not accepted in time");
+    assert_eq!(waiting.end(), Some(0));
     let bytes = |file: &str| std::fs::read(folder.join(file)).expect("there");
     assert!(bytes("stuck.exr") == bytes("whole.exr"));
 }
