@@ -6,7 +6,7 @@ use super::*;
 #[test]
 fn a_pdf_is_judged_by_its_own_samples() {
     let folder = folder("own-pdf");
-    let directions = cosines(SAMPLES);
+    let directions = cosines(200_000);
     let write = |name: &str, factor: f64| {
         let row = |w: &DVec3| [w.x, w.y, w.z, factor * w.z / PI];
         let shape = [directions.len() as u64, 4];
