@@ -37,6 +37,9 @@ use density::{FINE_TOLERANCE, MOMENTS, moment_at};
 pub use rounding::{Precision, Rounding};
 use rounding::{density_range, unrounded};
 
+/// Number of forbidden samples after which others are not looked for beyond their rounding.
+const SURELY_FORBIDDEN: u64 = 100;
+
 /// One output of a sampler.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
@@ -128,7 +131,8 @@ impl<'a> Directions<'a> {
     /// A direction rounded to more than 1e-8 is replaced by one drawn from the density among those
     /// that round to the same numbers. So rounded samples of the density follow it exactly, and
     /// errors hidden by rounding are not judged. A sample counts as forbidden if the density is
-    /// zero wherever it may have been.
+    /// zero wherever it may have been. After a hundred, which fail whatever follows, samples are
+    /// looked for within their rounding only.
     pub fn push(&mut self, sample: &Sample) {
         self.counts.n += 1;
         if let Some(weight) = sample.weight {
@@ -139,7 +143,13 @@ impl<'a> Directions<'a> {
             self.counts.lost += 1;
             return;
         };
-        let unrounded = unrounded(self.density, &self.precision, direction, &mut self.random);
+        let unrounded = unrounded(
+            self.density,
+            &self.precision,
+            direction,
+            self.counts.forbidden < SURELY_FORBIDDEN,
+            &mut self.random,
+        );
         match unrounded.and_then(|unrounded| self.density.fine_grid.cell(unrounded)) {
             Some(grid_cell) => {
                 self.counts.observed[grid_cell] += 1;

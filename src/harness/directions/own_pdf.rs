@@ -188,6 +188,8 @@ impl OwnPdfs {
         };
         let directions: Vec<DVec3> = kept.iter().map(|draw| draw.direction).collect();
         let draws = self.block_size as f64;
+        // Two independent errors, uniform within the rounding, in each tangent direction.
+        let error = self.precision.direction.half_width(0.75);
         let (mut densities, mut components) = ([0.0; REGIONS], [0.0; COMPONENTS]);
         for (&Reported { direction, pdf }, neighbour) in
             kept.iter().zip(nearest_neighbours(&directions))
@@ -205,8 +207,6 @@ impl OwnPdfs {
             for (component, k) in components.iter_mut().zip(1..) {
                 *component += (f64::from(k) * PI * uniform).cos();
             }
-            // Two independent errors, uniform within the rounding, in each tangent direction.
-            let error = self.precision.direction.half_width(0.75);
             self.rounding
                 .push(draws * pdf * PI * 4.0 / 3.0 * error * error);
         }
@@ -327,7 +327,12 @@ impl OwnPdfs {
 
 /// Returns whether a pdf is rounded so much that it is not judged.
 fn is_coarse(precision: &Precision, pdf: f64) -> bool {
-    precision.pdf.half_width(pdf) > MAX_PDF_ROUNDING * pdf
+    let Rounding {
+        absolute, relative, ..
+    } = precision.pdf;
+    // The exponent, which takes a logarithm, makes the half-width at most that of the largest significand.
+    let most = absolute.max(1.001 * relative * pdf);
+    most > MAX_PDF_ROUNDING * pdf && precision.pdf.half_width(pdf) > MAX_PDF_ROUNDING * pdf
 }
 
 impl Regions {

@@ -106,11 +106,13 @@ const CANDIDATES: usize = 8;
 const MAX_ATTEMPTS: [usize; 2] = [200, 2000];
 
 /// Draws from the density a direction among those that round to `raw`, so that rounded samples of
-/// the density follow it exactly. `None` if the density is zero within the rounding.
+/// the density follow it exactly. `None` if the density is zero within the rounding, and, where
+/// `thorough`, within three times as much.
 pub(super) fn unrounded(
     density: &Density,
     precision: &Precision,
     raw: DVec3,
+    thorough: bool,
     rng: &mut impl Rng,
 ) -> Option<DVec3> {
     let unit = raw.normalize();
@@ -150,12 +152,12 @@ pub(super) fn unrounded(
             break;
         }
     }
-    let further = || {
-        (0..MAX_ATTEMPTS[1])
+    let further = if thorough { MAX_ATTEMPTS[1] } else { 0 };
+    chosen.or_else(|| {
+        (0..further)
             .map(|_| disc.sample(disc.sample_meridian(rng), 3.0, rng))
             .find(|&w| weight(w) > 0.0)
-    };
-    chosen.or_else(further)
+    })
 }
 
 /// Returns the least and the largest density within the rounding of a direction.
