@@ -343,6 +343,9 @@ pub fn check_up(subject: &BsdfSubject, size: &CheckUp, context: &Context) -> Vec
         outcomes.push(check_reciprocity(subject, size, rounding, rng));
     }
     for (i, &degrees) in size.inclinations.iter().enumerate() {
+        if !context.asks_for(&format!(" at {degrees} degrees")) {
+            continue;
+        }
         // An azimuth that favours no axis and is not the same twice.
         let wo = from_spherical(degrees.to_radians(), 0.7 + i as f64);
         outcomes.extend(at_direction(subject, size, context, wo, degrees));

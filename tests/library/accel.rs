@@ -63,29 +63,35 @@ fn check_together(bvh: &Bvh, rays: &[Ray]) {
             Lanes3::from_fn(|i| rays[i].origin),
             Lanes3::from_fn(|i| rays[i].direction),
         );
+        let alone: Vec<_> = rays
+            .iter()
+            .map(|ray| {
+                (
+                    bvh.closest(ray, f64::INFINITY),
+                    bvh.occluded(ray, 1.0, blocks),
+                )
+            })
+            .collect();
         // All lanes, and each lane alone, so that no other ray opens a box for it.
         for active in (0..LANES).map(|i| 1 << i).chain([(1 << LANES) - 1]) {
             let active = LaneMask::from_bits(active);
             let hits = bvh.closest_of_packet::<Lanes, LANES>(&ray, active, &mut stack);
             let occluded = bvh.occluded_of_packet::<Lanes, LANES>(&ray, active, blocks, &mut stack);
             let has = |mask: LaneMask, i: usize| mask.bits() >> i & 1 == 1;
-            for (i, alone) in rays.iter().enumerate() {
-                let expected = if has(active, i) {
-                    bvh.closest(alone, f64::INFINITY)
-                } else {
-                    None
-                };
+            for (i, &(closest, is_occluded)) in alone.iter().enumerate() {
+                let expected = closest.filter(|_| has(active, i));
                 let found = has(hits.hit_mask, i).then(|| PrimitiveHit {
                     primitive: hits.primitive[i],
                     t: hits.t.as_array()[i],
                     weights: hits.weights.map(|weight| weight.as_array()[i]),
                 });
-                assert_eq!(found, expected, "{alone:?}");
+                assert_eq!(found, expected, "{:?}", rays[i]);
                 assert_eq!(hits.t.as_array()[i].is_finite(), found.is_some());
                 assert_eq!(
                     has(occluded, i),
-                    has(active, i) && bvh.occluded(alone, 1.0, blocks),
-                    "{alone:?}"
+                    has(active, i) && is_occluded,
+                    "{:?}",
+                    rays[i]
                 );
             }
         }

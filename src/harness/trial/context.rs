@@ -26,6 +26,8 @@ pub struct Context {
     pub folder: PathBuf,
     /// Name of the trial (and subject) that the random streams are derived from.
     pub name: String,
+    /// Names of the outcomes that are asked for: those that must reject a fault. All if it is empty.
+    pub asked: Vec<&'static str>,
 }
 
 impl Context {
@@ -44,6 +46,7 @@ impl Context {
             scale,
             folder: PathBuf::from("target/trials"),
             name: String::new(),
+            asked: Vec::new(),
         })
     }
 
@@ -69,6 +72,12 @@ impl Context {
             name: name.to_owned(),
             ..self.clone()
         }
+    }
+
+    /// Returns whether an outcome whose name ends like this is asked for. A trial may leave out
+    /// outcomes that are not, if they take long and the others have random numbers of their own.
+    pub fn asks_for(&self, ending: &str) -> bool {
+        self.asked.is_empty() || self.asked.iter().any(|name| name.ends_with(ending))
     }
 
     /// Returns the seed of a part of this trial; independent for different trials and parts.

@@ -36,8 +36,13 @@ const PARTS: [f64; 12] = [
 /// the sample first, and on a larger one only if the fault is not
 /// [clearly rejected](is_clearly_rejected). The parts are fixed beforehand; those that hardly
 /// [promise](is_promising) a clear rejection, after what a smaller one has shown, are left out.
-/// After one that did not keep its promise the next is twice as large or more.
-pub fn reject(run: &Run, rejected_by: &[&str], context: &Context) -> Rejection {
+/// After one that did not keep its promise the next is twice as large or more. The function is told
+/// [which outcomes](Context::asked) must reject.
+pub fn reject(run: &Run, rejected_by: &[&'static str], context: &Context) -> Rejection {
+    let context = &Context {
+        asked: rejected_by.to_vec(),
+        ..context.clone()
+    };
     let [first, ..] = PARTS;
     let mut next = first;
     for share in PARTS {

@@ -208,6 +208,18 @@ fn a_check_up_asks_everything() {
             );
         }
     }
+    // One inclination is asked for: it has the same values without the other.
+    let everything = at_scale_1("everything");
+    let asking = Context {
+        asked: vec!["furnace at 60 degrees"],
+        ..everything.clone()
+    };
+    let of_all = check_up(&right(), &size, &everything);
+    let kept = of_all.iter().filter(|o| !o.name.ends_with("at 0 degrees"));
+    assert_eq!(
+        format!("{:?}", check_up(&right(), &size, &asking)),
+        format!("{:?}", kept.collect::<Vec<_>>())
+    );
     // 75 degrees are not special.
     let outcomes = at_direction(
         &right(),

@@ -88,3 +88,23 @@ fn the_guard_knows_the_part_that_rejected_a_control() {
     let why = checked(13.0).expect_err("rejected, but not clearly by the whole");
     assert!(why.contains("too small for the error budget"), "{why}");
 }
+
+/// A fault's trial is told which outcomes must reject it, on every part of the sample.
+#[test]
+fn a_fault_is_asked_for_the_outcomes_that_must_reject_it() {
+    let asked = Arc::new(Mutex::new(Vec::new()));
+    let log = Arc::clone(&asked);
+    let run: Run = Box::new(move |context: &Context| {
+        log.lock()
+            .expect("not poisoned")
+            .push(context.asked.clone());
+        off_by(0.0)(context)
+    });
+    reject(&run, &["outcome"], &context(1.0));
+    assert_eq!(*asked.lock().expect("not poisoned"), [["outcome"]; 2]);
+    let context = Context {
+        asked: vec!["furnace at 40 degrees", "reciprocity"],
+        ..context(1.0)
+    };
+    assert!(context.asks_for(" at 40 degrees") && !context.asks_for(" at 0 degrees"));
+}
