@@ -217,7 +217,7 @@ fn numbers_of_compare_are_those_of_the_textbook() {
 /// is uniform, here below one half, and the azimuth within the first quarter.
 #[test]
 fn numbers_of_judge_are_those_of_closed_forms() {
-    const N: usize = 100_000;
+    const N: usize = 160_000;
     let folder = folder("numbers-judge");
     let mut rows = "x,y,z,weight,pdf\n".to_owned();
     let mut weights = Vec::new();

@@ -237,3 +237,20 @@ fn few_samples_are_undecided() {
         directions.outcomes(0.05, None).iter().all(undecided) && directions.mean_weight().is_none()
     );
 }
+
+/// Many forbidden samples do not make those forbidden that rounding may have moved to where they
+/// are.
+#[test]
+fn samples_at_the_border_are_not_forbidden_whatever_was_before() {
+    let density = cosine();
+    let mut directions = Directions::new(&density);
+    let at_height = |z: f64| only(DVec3::new((1.0 - z * z).sqrt(), 0.0, z));
+    for z in [-0.5, -1e-9] {
+        (0..300).for_each(|_| directions.push(&at_height(z)));
+    }
+    let text = format!("{:?}", directions.outcomes(0.05, None));
+    assert!(
+        text.contains("300 of 600 samples where the pdf is zero"),
+        "{text}"
+    );
+}

@@ -101,7 +101,8 @@ fn a_fault_is_asked_for_the_outcomes_that_must_reject_it() {
         off_by(0.0)(context)
     });
     reject(&run, &["outcome"], &context(1.0));
-    assert_eq!(*asked.lock().expect("not poisoned"), [["outcome"]; 2]);
+    let asked = asked.lock().expect("not poisoned");
+    assert!(asked.len() > 1 && asked.iter().all(|names| names == &["outcome"]));
     let context = Context {
         asked: vec!["furnace at 40 degrees", "reciprocity"],
         ..context(1.0)
