@@ -131,8 +131,8 @@ impl<'a> Directions<'a> {
     /// A direction rounded to more than 1e-8 is replaced by one drawn from the density among those
     /// that round to the same numbers. So rounded samples of the density follow it exactly, and
     /// errors hidden by rounding are not judged. A sample counts as forbidden if the density is
-    /// zero wherever it may have been. After a hundred, which fail whatever follows, samples are
-    /// looked for within their rounding only.
+    /// zero wherever it may have been. After a hundred, with which the samples fail whatever
+    /// follows, fewer such places are tried.
     pub fn push(&mut self, sample: &Sample) {
         self.counts.n += 1;
         if let Some(weight) = sample.weight {

