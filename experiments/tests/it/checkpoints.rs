@@ -31,7 +31,8 @@ fn what_was_killed_goes_on_to_the_same_bytes() {
         "--scene cornell --size 40x30 --silhouettes no",
         "--scene cornell --estimator bdpt --size 40x30",
     ] {
-        // Enough samples for one to two seconds on any machine, and twice as long on one thread: it saves each second.
+        // Enough samples for one to two seconds on any machine, and twice as long on one thread: it
+        // saves each second.
         const SURELY_SAVED: Duration = Duration::from_secs(3);
         let takes = |spp: u64| {
             let start = Instant::now();

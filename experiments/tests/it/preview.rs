@@ -181,8 +181,8 @@ fn a_viewer_that_is_not_there_or_goes_away_or_is_stuck() {
     );
     assert_eq!(std::fs::read_dir(&folder).expect("the folder").count(), 0);
 
-    // This viewer reads nothing, and the image is larger than the system's buffer. The renderer waits for it while the
-    // other viewer goes away.
+    // This viewer reads nothing, and the image is larger than the system's buffer. The renderer
+    // waits for it while the other viewer goes away.
     let stuck = listen();
     let options = "--scene environment --size 2000x1250 --spp 1 --out";
     let words = format!("{options} stuck.exr --tev 127.0.0.1:{}", port(&stuck));

@@ -330,7 +330,7 @@ fn is_coarse(precision: &Precision, pdf: f64) -> bool {
     let Rounding {
         absolute, relative, ..
     } = precision.pdf;
-    // The exponent, which takes a logarithm, makes the half-width at most that of the largest significand.
+    // A bound of the half-width, which itself takes a logarithm.
     let most = absolute.max(1.001 * relative * pdf);
     most > MAX_PDF_ROUNDING * pdf && precision.pdf.half_width(pdf) > MAX_PDF_ROUNDING * pdf
 }

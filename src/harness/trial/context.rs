@@ -26,7 +26,8 @@ pub struct Context {
     pub folder: PathBuf,
     /// Name of the trial (and subject) that the random streams are derived from.
     pub name: String,
-    /// Names of the outcomes that are asked for: those that must reject a fault. All if it is empty.
+    /// Names of the outcomes that are asked for: those that must reject a fault. All if it is
+    /// empty.
     pub asked: Vec<&'static str>,
 }
 
