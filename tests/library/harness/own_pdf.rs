@@ -186,3 +186,41 @@ fn what_cannot_be_judged_is_undecided() {
         }
     }
 }
+
+/// Pdfs are judged if they are rounded by less than 1 %, whatever the size of their significand,
+/// and directions if their rounding is small beside the distance of neighbours.
+#[test]
+fn numbers_that_are_too_coarse_are_not_judged() {
+    let exact = Precision::DOUBLE;
+    let pdfs = |relative| Precision {
+        pdf: Rounding {
+            absolute: 0.0,
+            relative,
+            base: 10.0,
+        },
+        ..exact
+    };
+    let directions = |digits| Precision {
+        direction: Rounding::printed(digits, digits),
+        ..exact
+    };
+    // The pdf is 0.159: its significand is 1.59.
+    for (precision, is_coarse) in [
+        (pdfs(0.012), false),
+        (pdfs(0.03), true),
+        (directions(5), false),
+        (directions(2), true),
+    ] {
+        let mut rng = rng("coarse");
+        let found = outcomes(OwnPdfs::new(precision), 50_000, || {
+            let w: DVec3 = uniform_hemisphere(uniform2(&mut rng));
+            (Some(w), 1.0 / TAU)
+        });
+        let text = format!("{found:?}");
+        assert_eq!(
+            text.contains("too coarse for this density"),
+            is_coarse,
+            "{precision:?}"
+        );
+    }
+}
