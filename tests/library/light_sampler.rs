@@ -250,7 +250,7 @@ fn in_groups_picks_have_the_probabilities_that_they_say() {
             let contribution = |i: usize| emitters[i].importance(from);
             let by_share = |r: f64, shares: &[f64]| DefaultParts.pick_by_probability(r, shares);
             // Each emitter owns one interval of random numbers.
-            let picks = 50_000;
+            let picks = 200_000;
             let mut found = vec![0.0; count];
             for k in 0..picks {
                 let r = (f64::from(k) + 0.5) / f64::from(picks);

@@ -55,9 +55,11 @@ fn npy(path: &Path, order: npyz::Order, shape: [u64; 2], numbers: impl Iterator<
 fn samples_are_read_from_every_format_and_judged() {
     let folder = folder("judge");
     let write = |name: &str, text: &str| std::fs::write(folder.join(name), text).expect("written");
-    let directions = cosines(60_000);
+    let directions = cosines(200_000);
     let mut rows = "# by cosine\nPDF, z, y, x\n".to_owned();
-    for DVec3 { x, y, z } in &directions {
+    // Fewer directions as text, which takes longer to read, agree within a wider margin.
+    let text_directions = &directions[..40_000];
+    for DVec3 { x, y, z } in text_directions {
         writeln!(rows, "{},{z},{y},{x}", z / PI).expect("text");
     }
     write("header.csv", &rows);
@@ -83,17 +85,14 @@ fn samples_are_read_from_every_format_and_judged() {
         columns,
     );
     let lines = |options: &str| text(&run(env!("CARGO_BIN_EXE_judge"), &folder, options).stdout);
-    let [c, fortran] = ["c", "fortran"].map(|name| {
-        lines(&format!(
-            "--samples {name}.npy --density cosine-power:1 --margin 20"
-        ))
-    });
+    let [c, fortran] = ["c", "fortran"]
+        .map(|name| lines(&format!("--samples {name}.npy --density cosine-power:1")));
     assert!(c.starts_with("AGREE: ") && c == fortran, "{c}{fortran}");
     let found = std::fs::read(folder.join("out/judge/judge.json")).expect("a report");
     let found: serde_json::Value = serde_json::from_slice(&found).expect("JSON");
     assert_eq!(
         (found["n"].as_u64(), found["verdict"].as_str()),
-        (Some(60_000), Some("agree"))
+        (Some(200_000), Some("agree"))
     );
     assert!(folder.join("out/judge/cells.svg").is_file());
     // The pdf of the cosine's table is the height of its bands.
@@ -103,7 +102,7 @@ fn samples_are_read_from_every_format_and_judged() {
     write("table.csv", &table);
     for case in [
         "1 --samples c.npy --density uniform-hemisphere => DIFFER: the histogram of ",
-        "0 --samples c.npy --table table.csv --margin 20 => AGREE: ",
+        "0 --samples c.npy --table table.csv => AGREE: ",
         "1 --samples c.npy --table table.csv --domain sphere => DIFFER: ",
     ] {
         assert_case(&folder, case);
@@ -116,14 +115,14 @@ fn samples_are_read_from_every_format_and_judged() {
             format!("{},{},{},1", w.x, w.y, w.z)
         }
     };
-    let rows: String = directions
+    let rows: String = text_directions
         .iter()
         .enumerate()
         .map(|(i, w)| lost(i, w) + "\n")
         .collect();
     write("lost.csv", &rows);
     for case in [
-        "1 --samples lost.csv --density cosine --mean-weight 0.5 => 30000 samples lost, 0.0 expected",
+        "1 --samples lost.csv --density cosine --mean-weight 0.5 => 20000 samples lost, 0.0 expected",
         "1 --samples lost.csv --density cosine --mean-weight 0.5 --margin 20 => mean weight: holds",
         "1 --samples lost.csv --density cosine --mean-weight 1 => mean weight: fails",
         "1 --samples lost.csv --density cosine => \ncolumns read: x, y, z, weight\n",
