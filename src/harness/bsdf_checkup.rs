@@ -123,7 +123,7 @@ use crate::math::frame::from_spherical;
 use crate::sampling::rng::Stream;
 pub use lobes::{Lobe, LobeSample, LobeSubject, check_up_lobes};
 pub use sampled::at_direction;
-use values::{check_finite, check_reciprocity, check_weights};
+use values::{FINITE, RECIPROCITY, WEIGHTS, check_finite, check_reciprocity, check_weights};
 
 /// A direction drawn by a BSDF's sampler.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -334,11 +334,24 @@ pub fn check_up(subject: &BsdfSubject, size: &CheckUp, context: &Context) -> Vec
         roundoff: Some(rounding.unit()),
         ..size.clone()
     };
-    let mut outcomes = vec![
-        check_finite(subject, size, rounding, &mut context.rng("sane")),
-        check_weights(subject, size, rounding, &mut context.rng("weights")),
-    ];
-    if subject.reciprocal {
+    let mut outcomes = Vec::new();
+    if context.asks_for(FINITE) {
+        outcomes.push(check_finite(
+            subject,
+            size,
+            rounding,
+            &mut context.rng("sane"),
+        ));
+    }
+    if context.asks_for(WEIGHTS) {
+        outcomes.push(check_weights(
+            subject,
+            size,
+            rounding,
+            &mut context.rng("weights"),
+        ));
+    }
+    if subject.reciprocal && context.asks_for(RECIPROCITY) {
         let rng = &mut context.rng("reciprocity");
         outcomes.push(check_reciprocity(subject, size, rounding, rng));
     }

@@ -4,6 +4,7 @@
 mod check;
 mod context;
 mod reject;
+mod shared;
 
 pub use check::{
     assert_holds, check, check_control, check_subject, command, control_is_green, power_objections,
@@ -11,6 +12,7 @@ pub use check::{
 };
 pub use context::{Context, DEFAULT_SEED, SCALES, shard_from_environment};
 pub use reject::{Rejection, reject};
+pub use shared::Shared;
 
 use super::outcome::{Outcome, Verdict};
 

@@ -157,6 +157,40 @@ impl Weights {
     }
 }
 
+/// Integrals over all directions, for one outgoing direction.
+struct Integrals {
+    effect: RoundingEffect,
+    /// Grid of the pdf's quantiles.
+    fine_grid: Partition,
+    albedo: f64,
+    of_pdf: Outcome,
+}
+
+impl Integrals {
+    fn new(
+        subject: &BsdfSubject,
+        size: &CheckUp,
+        context: &Context,
+        wo: DVec3,
+        degrees: f64,
+    ) -> Self {
+        let rounding = size.rounding(|| find_roundoff(subject, context));
+        let mut probes = context.rng(&format!("rounding at {degrees}"));
+        let effect = RoundingEffect::new(subject, wo, rounding, || uniform3(&mut probes));
+        let f_cos = |wi| subject.f_cos(wo, wi);
+        let albedo = subject
+            .domain()
+            .integrate_all(effect.integral_tolerance(), &f_cos);
+        let name = format!("integral of the pdf at {degrees} degrees");
+        Self {
+            fine_grid: fine_grid(subject, wo, &effect),
+            albedo: albedo.value,
+            of_pdf: pdf_integral(subject, wo, &name, &effect),
+            effect,
+        }
+    }
+}
+
 /// Runs the checks for one outgoing direction, `degrees` from the normal.
 pub fn at_direction(
     subject: &BsdfSubject,
@@ -165,15 +199,18 @@ pub fn at_direction(
     wo: DVec3,
     degrees: f64,
 ) -> Vec<Outcome> {
-    let rounding = size.rounding(|| find_roundoff(subject, context));
-    let mut probes = context.rng(&format!("rounding at {degrees}"));
-    let effect = RoundingEffect::new(subject, wo, rounding, || uniform3(&mut probes));
-    let fine_grid = fine_grid(subject, wo, &effect);
-    let tolerance = effect.integral_tolerance();
-    let f_cos = |wi| subject.f_cos(wo, wi);
-    let albedo = subject.domain().integrate_all(tolerance, &f_cos).value;
+    let integrals = context.once(&format!("integrals at {degrees}"), || {
+        Integrals::new(subject, size, context, wo, degrees)
+    });
+    let Integrals {
+        effect,
+        fine_grid,
+        albedo,
+        of_pdf,
+    } = &*integrals;
+    let (rounding, albedo, tolerance) = (effect.rounding, *albedo, effect.integral_tolerance());
     let n = context.n(size.samples);
-    let mut weights = Weights::new(albedo, &fine_grid);
+    let mut weights = Weights::new(albedo, fine_grid);
     let mut rng = context.rng(&format!("samples at {degrees}"));
     let draw = || {
         let sample = subject.sample(wo, uniform3(&mut rng).map(|u| rounding.round_down(u)));
@@ -182,7 +219,7 @@ pub fn at_direction(
         sample.map(|s| s.wi)
     };
     let horizon = Cell::new(0);
-    let mut counts = count(&fine_grid, n, draw, |wi| {
+    let mut counts = count(fine_grid, n, draw, |wi| {
         let pdf = subject.pdf(wo, wi);
         let rounded = pdf == 0.0 && rounding.at_horizon(wi);
         horizon.set(horizon.get() + u64::from(rounded));
@@ -195,13 +232,13 @@ pub fn at_direction(
     let values = weights.values(effect.rounding, counts.lost);
     let at = |what: &str| format!("{what} at {degrees} degrees");
     let mut outcomes = vec![
-        pdf_integral(subject, wo, &at("integral of the pdf"), &effect),
+        of_pdf.clone(),
         chi_square_of_samples(
             &at("chi-square of samples"),
-            &fine_grid,
+            fine_grid,
             size.cells,
             &counts,
-            &effect,
+            effect,
         ),
         furnace_test(
             subject,
@@ -209,7 +246,7 @@ pub fn at_direction(
             &at("furnace"),
             &values,
             albedo,
-            &effect,
+            effect,
             size.delta,
         ),
         Outcome::identity(

@@ -2,6 +2,11 @@
 
 use super::*;
 
+/// Names of the outcomes.
+pub(super) const FINITE: &str = "finite and not negative";
+pub(super) const WEIGHTS: &str = "weight = f cos/pdf";
+pub(super) const RECIPROCITY: &str = "reciprocity";
+
 /// Checks that no value is NaN, infinite or negative and that sampled directions are unit, corners
 /// of the domain included (normal and grazing incidence, both; retroreflection; random numbers at 0
 /// and near 1).
@@ -38,7 +43,7 @@ pub(super) fn check_finite(
             worst = format!("wo = {wo}, wi = {wi}: f = {f}, pdf = {pdf}; random {u:?}: {sample:?}");
         }
     }
-    Outcome::identity("finite and not negative", size.pairs, bad, 0.0, worst)
+    Outcome::identity(FINITE, size.pairs, bad, 0.0, worst)
 }
 
 /// Checks pointwise that weight · pdf = f cos and that the sample's pdf is the pdf.
@@ -88,7 +93,7 @@ pub(super) fn check_weights(
             )
         });
     }
-    rounding.outcome("weight = f cos/pdf", compared, skipped, largest)
+    rounding.outcome(WEIGHTS, compared, skipped, largest)
 }
 
 pub(super) fn check_reciprocity(
@@ -114,5 +119,5 @@ pub(super) fn check_reciprocity(
         });
     }
     let compared = size.pairs - skipped;
-    rounding.outcome("reciprocity", compared, skipped, largest)
+    rounding.outcome(RECIPROCITY, compared, skipped, largest)
 }

@@ -3,6 +3,9 @@
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use std::str::FromStr;
+use std::sync::Arc;
+
+use super::shared::Shared;
 
 use crate::error::Error;
 use crate::sampling::rng::{Stream, seed_for, stream};
@@ -29,6 +32,8 @@ pub struct Context {
     /// Names of the outcomes that are asked for: those that must reject a fault. All if it is
     /// empty.
     pub asked: Vec<&'static str>,
+    /// Values of [`once`](Self::once) from runs on other parts of the sample.
+    pub shared: Shared,
 }
 
 impl Context {
@@ -48,6 +53,7 @@ impl Context {
             folder: PathBuf::from("target/trials"),
             name: String::new(),
             asked: Vec::new(),
+            shared: Shared::default(),
         })
     }
 
@@ -79,6 +85,12 @@ impl Context {
     /// outcomes that are not, if they take long and the others have random numbers of their own.
     pub fn asks_for(&self, ending: &str) -> bool {
         self.asked.is_empty() || self.asked.iter().any(|name| name.ends_with(ending))
+    }
+
+    /// Returns what `make` makes. A fault runs on several parts of the sample, one after another:
+    /// what depends neither on the sample's size nor on anything drawn is made once for all.
+    pub fn once<T: Send + Sync + 'static>(&self, name: &str, make: impl FnOnce() -> T) -> Arc<T> {
+        self.shared.once(format!("{}: {name}", self.name), make)
     }
 
     /// Returns the seed of a part of this trial; independent for different trials and parts.

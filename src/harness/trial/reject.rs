@@ -37,10 +37,12 @@ const PARTS: [f64; 12] = [
 /// [clearly rejected](is_clearly_rejected). The parts are fixed beforehand; those that hardly
 /// [promise](is_promising) a clear rejection, after what a smaller one has shown, are left out.
 /// After one that did not keep its promise the next is twice as large or more. The function is told
-/// [which outcomes](Context::asked) must reject.
+/// [which outcomes](Context::asked) must reject, and makes what all parts need
+/// [once](Context::once).
 pub fn reject(run: &Run, rejected_by: &[&'static str], context: &Context) -> Rejection {
     let context = &Context {
         asked: rejected_by.to_vec(),
+        shared: context.shared.next_run(),
         ..context.clone()
     };
     let [first, ..] = PARTS;
@@ -51,6 +53,7 @@ pub fn reject(run: &Run, rejected_by: &[&'static str], context: &Context) -> Rej
         }
         let part = Context {
             scale: context.scale * share,
+            shared: context.shared.next_run(),
             ..context.clone()
         };
         let outcomes = run(&part);

@@ -1,5 +1,7 @@
 //! Tests of the parts of a sample on which faults are rejected.
 
+use std::sync::atomic::{AtomicU64, Ordering};
+
 use super::*;
 
 /// Size of a whole sample.
@@ -108,4 +110,32 @@ fn a_fault_is_asked_for_the_outcomes_that_must_reject_it() {
         ..context(1.0)
     };
     assert!(context.asks_for(" at 40 degrees") && !context.asks_for(" at 0 degrees"));
+}
+
+/// What the parts of the sample have in common is made once for a fault, and again for each run
+/// apart from it; values of the same name are told apart by their order.
+#[test]
+fn what_parts_have_in_common_is_made_once() {
+    let made = Arc::new(AtomicU64::new(0));
+    let counter = Arc::clone(&made);
+    let run: Run = Box::new(move |context: &Context| {
+        let values = [10, 20].map(|value| {
+            *context.once("value", || {
+                counter.fetch_add(1, Ordering::Relaxed);
+                value
+            })
+        });
+        assert_eq!(values, [10, 20]);
+        assert_eq!(*context.named("other").once("value", || 30), 30);
+        off_by(0.0)(context)
+    });
+    let context = context(1.0);
+    let times = || made.swap(0, Ordering::Relaxed);
+    let rejected = reject(&run, &["outcome"], &context);
+    assert_eq!((rejected.share, times()), (1.0, 2));
+    reject(&run, &["outcome"], &context);
+    assert_eq!(times(), 2);
+    run(&context);
+    run(&context);
+    assert_eq!(times(), 4);
 }
