@@ -170,8 +170,12 @@ fn for_each_run(
     let stopped = AtomicBool::new(false);
     let (pixels, counts) = film.pixels_and_counts_mut();
     let uniform_counts = vec![per_replication; width];
+    let samples_per_group = samples_per_pixel
+        .saturating_mul((width * rows) as u64)
+        .max(1);
     pixels
         .par_chunks_mut(width * rows)
+        .with_min_len(MIN_SAMPLES.div_ceil(samples_per_group) as usize)
         .enumerate()
         .try_for_each(|(group, pixels)| {
             let mut runs = Vec::new();
@@ -221,6 +225,9 @@ fn for_each_run(
         })?;
     Ok(!stopped.into_inner())
 }
+
+/// Least number of samples for which another thread is woken.
+const MIN_SAMPLES: u64 = 256;
 
 /// Least number of groups of rows per thread where a group could have several rows.
 const GROUPS_PER_THREAD: usize = 8;
