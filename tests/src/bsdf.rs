@@ -221,7 +221,7 @@ fn trials() -> Vec<FamilyTrial<PartTable>> {
             |c, parts| {
                 // More than others: relative standard deviation 1/√3.
                 let size = CheckUp {
-                    samples: 7_000_000,
+                    samples: 5_750_000,
                     ..two_inclinations()
                 };
                 lambert_check(c, uniform_sampled(parts, lambert(RHO)), &size)

@@ -105,12 +105,12 @@ fn roof(name: &str, obstructed: bool) -> Arc<Scene> {
 
 pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     let family_trial =
-        |name, consequence, what: &str, scene: &Arc<Scene>, ray: Rays, l, f: f64, n| {
+        |name, consequence, what: &str, scene: &Arc<Scene>, ray: Rays, l, f: f64, draws| {
             let reference = FLOOR * l * f;
             let property = format!("{what}: F = {f:.6}, and {reference:.6} is reflected");
             radiance(name, &GEOMETRY, scene, EstimatorKind::Path, ray)
                 .states(property, consequence)
-                .by_scrambles(reference, CLOSED_FORM_DELTA, 16, n)
+                .by_draws(reference, CLOSED_FORM_DELTA, draws)
         };
     let [x, y] = PANEL;
     let whole = [-HALF, HALF];
@@ -133,7 +133,7 @@ pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             sum_over_corners([x[0] - 1.0, x[1] - 1.0], y, |a, b| {
                 parallel_corner(a, b, CEILING)
             }),
-            83_000,
+            Draws::scrambles(32, 12_500),
         ),
         family_trial(
             "cie/panel-wall",
@@ -147,7 +147,7 @@ pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             |_| ray_to(DVec3::new(0.0, 0.0, 1.5), DVec3::X),
             LIGHT,
             sum_over_corners(x, y, |a, b| upright_corner(a, b, CEILING - 1.5)),
-            67_000,
+            Draws::scrambles(32, 18_600),
         ),
         family_trial(
             "cie/roof-opening",
@@ -157,7 +157,7 @@ pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             |_| ray_to(DVec3::ZERO, DVec3::Z),
             1.0,
             opening(whole),
-            67_000,
+            Draws::scrambles(32, 17_800),
         ),
         family_trial(
             "cie/obstruction",
@@ -167,7 +167,7 @@ pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             |_| ray_to(DVec3::ZERO, DVec3::Z),
             1.0,
             opening([shadow, HALF]),
-            220_000,
+            Draws::scrambles(64, 19_000),
         ),
     ]
 }

@@ -76,7 +76,7 @@ pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             "opposite",
             &opposite,
             parallel(1.0, 1.0),
-            45_000,
+            40_000,
         ),
         // Shadow rays alone would have infinite variance at the common edge; the weights of
         // multiple importance sampling bound every value.
@@ -86,7 +86,7 @@ pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             "perpendicular, adjacent",
             &upright,
             perpendicular(1.0, 1.0),
-            262_000,
+            240_000,
         ),
     ]
 }

@@ -91,7 +91,7 @@ fn closed() -> Vec<FamilyTrial<EstimatorSubject>> {
             "spherical furnace",
             0.9,
             sphere(hits),
-            Draws::scrambles(64, 17_000),
+            Draws::scrambles(64, 15_500),
         ),
         (
             "furnace/path/early",
@@ -328,7 +328,7 @@ fn skies() -> Vec<FamilyTrial<EstimatorSubject>> {
             format!("at 75° an Oren-Nayar floor reflects {albedo:.6} of a white sky"),
             "plaster floors are too bright or too dark far from the eye",
         )
-        .by_scrambles(albedo, CLOSED_FORM_DELTA, 16, 38_000),
+        .by_scrambles(albedo, CLOSED_FORM_DELTA, 32, 8_600),
         radiance(
             "furnace/sky/eon",
             &EON_MULTIPLE,

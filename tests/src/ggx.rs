@@ -228,7 +228,11 @@ fn trials() -> Vec<FamilyTrial<GgxParts>> {
                     .energy_bound(1.0)
                     .loss(Loss::Allowed)
                     .albedo(move |wo| reflected(metal, wo));
-                check_up(&subject, &CheckUp::default(), context)
+                let size = CheckUp {
+                    samples: 3_550_000,
+                    ..CheckUp::default()
+                };
+                check_up(&subject, &size, context)
             },
         ),
         trial(

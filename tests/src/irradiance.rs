@@ -118,7 +118,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
             &square,
             Path,
             &GEOMETRY,
-            Draws::scrambles(16, 32_000),
+            Draws::scrambles(32, 11_000),
         ),
         by(
             "irradiance/rectangle-report",
@@ -181,12 +181,12 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
 
 /// Trials of one strategy of the path tracer, with the other removed and all the MIS weight.
 fn strategies() -> Vec<FamilyTrial<EstimatorSubject>> {
-    let alone = |name, consequence, how, scene: &_, polygon: &[_], scrambles, alone: fn(_) -> _| {
+    let alone = |name, consequence, how, scene: &_, polygon: &[_], draws, alone: fn(_) -> _| {
         let reference = reflected(polygon_irradiance(polygon));
         let property = format!("{how} alone: a floor reflects {reference:.6} of a square light");
         let both = radiance(name, &MIS, scene, EstimatorKind::Path, |_| ray_to_origin())
             .states(property, consequence)
-            .by_scrambles(reference, CLOSED_FORM_DELTA, 16, scrambles);
+            .by_draws(reference, CLOSED_FORM_DELTA, draws);
         with_altered_parts(both, alone)
     };
     // A horizontal direction has pdf 0, so the path ends after its shadow ray.
@@ -207,7 +207,7 @@ fn strategies() -> Vec<FamilyTrial<EstimatorSubject>> {
             "by shadow rays",
             &rectangle_light(false),
             &RECTANGLE,
-            11_000,
+            Draws::scrambles(16, 11_000),
             shadow_rays,
         ),
         alone(
@@ -216,7 +216,7 @@ fn strategies() -> Vec<FamilyTrial<EstimatorSubject>> {
             "by hits",
             &near_light(),
             &NEAR,
-            47_000,
+            Draws::scrambles(32, 12_400),
             hits,
         ),
     ]

@@ -173,7 +173,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             ),
             "a mirror hung close to a wall, or a lamp close to a ceiling, goes dark",
         )
-        .by_scrambles(in_mirror, CLOSED_FORM_DELTA, 16, 46_000),
+        .by_scrambles(in_mirror, CLOSED_FORM_DELTA, 32, 12_600),
     ]
 }
 

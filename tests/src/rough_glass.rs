@@ -380,7 +380,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             "under a sky rough glass loses the light that meets a second microfacet, and no more",
             "frosted glass under an even sky glows, or is darker than its facets explain",
         )
-        .by_scrambles(seen_from_outside, BOUNCES_DELTA, 16, 48_000),
+        .by_scrambles(seen_from_outside, BOUNCES_DELTA, 32, 15_800),
         radiance(
             "glass/rough-by-both",
             &ROUGH_GLASS,
@@ -392,7 +392,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             "from within, directions and shadow rays find the light before and behind rough glass",
             "a lamp behind frosted glass is counted twice or not at all",
         )
-        .by_scrambles(LIGHT * seen_from_within, IMAGE_DELTA, 16, 29_000),
+        .by_scrambles(LIGHT * seen_from_within, IMAGE_DELTA, 32, 9_400),
         radiance(
             "sky/rough-glass",
             &ROUGH_GLASS,

@@ -173,7 +173,7 @@ const PIXELS: u64 = 64 * 48;
 /// Bound of the relative growth of a sample through rounding.
 const ROUNDING: f64 = 1e-5;
 /// Number of pairs of samples.
-const SAMPLES: u64 = 2_660_000;
+const SAMPLES: u64 = 2_560_000;
 /// δ, relative to the upper bound of a sample.
 const DELTA: f64 = 1e-4;
 /// Radiance of the lights, as far as can be from a number of 8 bits.

@@ -130,7 +130,7 @@ fn masses(shape: &Shape) -> Vec<f64> {
     (0..rows * columns).map(cell).collect()
 }
 
-const SAMPLES: u64 = 3_700_000;
+const SAMPLES: u64 = 3_050_000;
 /// Relative δ of the mean cosine.
 const DELTA: f64 = 0.003;
 

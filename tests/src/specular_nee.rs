@@ -175,7 +175,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             &glass,
             SPECULAR_NEE,
             inside as Rays,
-            35_000,
+            27_500,
         ),
         furnace(
             "furnace/by-bodies/mirrors",

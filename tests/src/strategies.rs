@@ -158,7 +158,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
             &near_square,
             BSDF,
             &MIS,
-            Draws::scrambles(16, 47_000),
+            Draws::scrambles(32, 12_300),
         ),
         by(
             "irradiance/square/light-area",
@@ -198,7 +198,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
             &near_triangle,
             BSDF,
             &MIS,
-            Draws::scrambles(16, 59_000),
+            Draws::scrambles(32, 15_000),
         ),
         by(
             "irradiance/triangle/light-area",
@@ -222,7 +222,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
             &near_triangle,
             MIS_AREA,
             &MIS,
-            Draws::scrambles(16, 66_000),
+            Draws::scrambles(32, 11_400),
         ),
         by(
             "irradiance/near-triangle/mis-angle",
@@ -238,7 +238,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
             &near_sphere,
             BSDF,
             &MIS,
-            Draws::scrambles(16, 48_000),
+            Draws::scrambles(32, 12_100),
         ),
         // Of sixteen points nearly every scramble would hit the light equally often, so that the few
         // others would skew the means of a fault.
@@ -264,7 +264,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
             &near_sphere,
             MIS_AREA,
             &MIS,
-            Draws::scrambles(16, 68_000),
+            Draws::scrambles(32, 12_200),
         ),
         by(
             "irradiance/near-sphere/mis-angle",
@@ -288,7 +288,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
             &three,
             LIGHT_IMPORTANCE,
             &LIGHT_PICK,
-            Draws::scrambles(64, 35_000),
+            Draws::scrambles(128, 8_600),
         ),
         by(
             "irradiance/mosaic/mis",
@@ -296,7 +296,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
             &mosaic,
             MIS_IMPORTANCE,
             &LIGHT_PICK,
-            Draws::scrambles(16, 41_000),
+            Draws::scrambles(32, 12_300),
         ),
     ]
 }
@@ -335,12 +335,12 @@ pub fn to_floor(y: f64) -> Ray {
 
 fn penumbra() -> Vec<FamilyTrial<EstimatorSubject>> {
     let scene = penumbra_scene();
-    let family_trial = |name, consequence, y: f64, ray: Rays, kind, scrambles| {
+    let family_trial = |name, consequence, y: f64, ray: Rays, kind, draws| {
         let reference = penumbra_reference(y);
         let property = format!("in the penumbra at y = {y} the floor reflects {reference:.6}");
         radiance(name, &GEOMETRY, &scene, kind, ray)
             .states(property, consequence)
-            .by_scrambles(reference, CLOSED_FORM_DELTA, 16, scrambles)
+            .by_draws(reference, CLOSED_FORM_DELTA, draws)
     };
     vec![
         family_trial(
@@ -349,7 +349,7 @@ fn penumbra() -> Vec<FamilyTrial<EstimatorSubject>> {
             -0.6,
             |_| to_floor(-0.6),
             LIGHT_ANGLE,
-            21_000,
+            Draws::scrambles(16, 21_000),
         ),
         family_trial(
             "irradiance/penumbra/middle",
@@ -357,7 +357,7 @@ fn penumbra() -> Vec<FamilyTrial<EstimatorSubject>> {
             -0.2,
             |_| to_floor(-0.2),
             LIGHT_ANGLE,
-            55_000,
+            Draws::scrambles(32, 12_000),
         ),
     ]
 }

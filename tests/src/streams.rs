@@ -11,7 +11,7 @@ pub type Numbers = fn(u64, u32, u32, u32) -> f64;
 
 const DISTINCT_STREAMS: u64 = 1_000_000;
 const GAP_SAMPLES: u64 = 4_000_000;
-const PAIRS: u64 = 9_300_000;
+const PAIRS: u64 = 7_700_000;
 /// δ of correlations.
 const CORRELATION_DELTA: f64 = 0.005;
 /// Bits of a uniform number.

@@ -181,7 +181,7 @@ const OTHER_POLICIES: [(&str, Survival, u64); 2] = [
     (
         "survival 1 − α",
         |_, _| roulette::by_absorption(1.0 - RHO),
-        23_500,
+        19_000,
     ),
 ];
 

@@ -92,7 +92,7 @@ impl Property for Known {
 struct SameRoom(Arc<Scene>);
 
 const SIZE: [u32; 2] = [40, 30];
-const REPLICATIONS: u64 = 200;
+const REPLICATIONS: u64 = 160;
 const PATCHES: u32 = 500;
 
 impl Property for SameRoom {
