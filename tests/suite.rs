@@ -139,13 +139,14 @@ fn main() -> ExitCode {
             return ExitCode::from(2);
         }
     };
-    let mut tests = Vec::new();
+    // Faults come last: they are short, so that all threads have work to the end.
+    let (mut tests, mut faults) = (Vec::new(), Vec::new());
     for trial in all() {
         let trial = Arc::new(trial);
         for i in 0..trial.controls.len() {
             let (trial, context) = (Arc::clone(&trial), context.clone());
             let name = full_name(&trial.name, trial.controls[i].name);
-            tests.push(Test::test(name, move || {
+            faults.push(Test::test(name, move || {
                 let checked = check_control(&trial, &trial.controls[i], &context);
                 checked.map(drop).map_err(failed)
             }));
@@ -155,6 +156,7 @@ fn main() -> ExitCode {
             on_its_subject(&trial, &context)
         }));
     }
+    tests.extend(faults);
     for pair in equivalents() {
         let context = context.clone();
         let name = full_name(&pair.trial, pair.fault.name);

@@ -1,7 +1,9 @@
 //! Check-ups of the diffuse BSDFs (9), (13)-(15) with cosine sampling.
 
 use whitefurnace::geometry::radiometry::cosine;
-use whitefurnace::harness::bsdf_checkup::{BsdfSubject, CheckUp, SampledDirection, check_up};
+use whitefurnace::harness::bsdf_checkup::{
+    BsdfSubject, CheckUp, SampledDirection, at_direction, check_up,
+};
 use whitefurnace::harness::domain::MASS_TOLERANCE;
 use whitefurnace::material;
 use whitefurnace::material::{OrenNayar, OrenNayarForm};
@@ -157,6 +159,31 @@ fn two_inclinations() -> CheckUp {
         inclinations: vec![0.0, 75.0],
         ..diffuse()
     }
+}
+
+/// Runs the check-up with an inclination, degrees, and a number of samples of each of these pairs:
+/// noise differs between inclinations.
+pub(super) fn check_up_sized(
+    subject: &BsdfSubject,
+    sizes: &[(f64, u64)],
+    context: &Context,
+) -> Vec<Outcome> {
+    let pointwise = CheckUp {
+        inclinations: Vec::new(),
+        ..CheckUp::default()
+    };
+    let mut outcomes = check_up(subject, &pointwise, context);
+    for (i, &(degrees, samples)) in sizes.iter().enumerate() {
+        if context.asks_for(&format!(" at {degrees} degrees")) {
+            let wo = from_spherical(degrees.to_radians(), 0.7 + i as f64);
+            let size = CheckUp {
+                samples,
+                ..CheckUp::default()
+            };
+            outcomes.extend(at_direction(subject, &size, context, wo, degrees));
+        }
+    }
+    outcomes
 }
 
 fn lambert_check(context: &Context, subject: BsdfSubject, size: &CheckUp) -> Vec<Outcome> {

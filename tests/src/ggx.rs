@@ -1,6 +1,6 @@
 //! GGX: its distributions by quadrature, its check-up, and a floor rendered under a white sky.
 
-use whitefurnace::harness::bsdf_checkup::{CheckUp, Loss, check_up};
+use whitefurnace::harness::bsdf_checkup::Loss;
 use whitefurnace::harness::directions::Precision;
 use whitefurnace::harness::directions::own_pdf::OwnPdfs;
 use whitefurnace::harness::domain::MASS_TOLERANCE;
@@ -12,7 +12,7 @@ use whitefurnace::math::frame::from_spherical;
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_3};
 
-use crate::bsdf::{Cases, as_rendered, at_every_angle, integrals};
+use crate::bsdf::{Cases, as_rendered, at_every_angle, check_up_sized, integrals};
 use crate::mean_radiance::largest;
 use crate::prelude::*;
 use crate::scenes::{floor, ray_to_origin_at, scene};
@@ -228,11 +228,13 @@ fn trials() -> Vec<FamilyTrial<GgxParts>> {
                     .energy_bound(1.0)
                     .loss(Loss::Allowed)
                     .albedo(move |wo| reflected(metal, wo));
-                let size = CheckUp {
-                    samples: 3_550_000,
-                    ..CheckUp::default()
-                };
-                check_up(&subject, &size, context)
+                let sizes = [
+                    (0.0, 3_450_000),
+                    (40.0, 3_550_000),
+                    (75.0, 2_700_000),
+                    (85.0, 2_450_000),
+                ];
+                check_up_sized(&subject, &sizes, context)
             },
         ),
         trial(

@@ -6,7 +6,7 @@ mod faults;
 use std::array;
 use std::sync::LazyLock;
 
-use whitefurnace::harness::bsdf_checkup::{BsdfSubject, CheckUp, Loss, SampledDirection, check_up};
+use whitefurnace::harness::bsdf_checkup::{BsdfSubject, Loss, SampledDirection};
 use whitefurnace::harness::domain::MASS_TOLERANCE;
 use whitefurnace::harness::pointwise::{LargestError, POINTWISE_TOLERANCE, relative, uniform3};
 use whitefurnace::integrator::Heuristic;
@@ -16,6 +16,7 @@ use whitefurnace::material::rough_glass::{RoughGlass, refracting};
 use whitefurnace::math::frame::from_spherical;
 use whitefurnace::sampling::warp::uniform_hemisphere;
 
+use crate::bsdf::check_up_sized;
 use crate::environment_map::sky;
 use crate::ggx::lambda;
 use crate::glass::INDEX;
@@ -51,6 +52,8 @@ const GLASS: RoughGlass = RoughGlass {
 /// cut by azimuth alone, which does not tell above from below, nor near the critical angle, where
 /// quadrature is slow.
 const BOTH_SIDES: [f64; 5] = [10.0, 40.0, 75.0, 105.0, 165.0];
+/// Samples at each of [`BOTH_SIDES`].
+const SAMPLES: [u64; BOTH_SIDES.len()] = [3_850_000, 2_800_000, 2_400_000, 4_500_000, 3_150_000];
 
 /// Mirrors a direction in the plane of the surface.
 fn flipped(w: DVec3) -> DVec3 {
@@ -162,15 +165,8 @@ fn on_both_sides(context: &Context, parts: RoughGlassParts) -> Vec<Outcome> {
                 .position(is_seen)
                 .map_or(f64::NAN, |place| ALBEDOS[place])
         });
-    check_up(
-        &subject,
-        &CheckUp {
-            inclinations: BOTH_SIDES.to_vec(),
-            samples: 4_500_000,
-            ..CheckUp::default()
-        },
-        context,
-    )
+    let sizes: Vec<_> = BOTH_SIDES.into_iter().zip(SAMPLES).collect();
+    check_up_sized(&subject, &sizes, context)
 }
 
 const PAIRS: u64 = 20_000;

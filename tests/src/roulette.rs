@@ -16,10 +16,10 @@ const MIN_WALKS: f64 = 250_000.0;
 const COMPARED_WALKS: u64 = 5_600_000;
 /// Walks of each length at which paths are cut.
 const CUT_WALKS: u64 = 1_250_000;
-const VARIANCE_SAMPLES: u64 = 16_000_000;
+const VARIANCE_SAMPLES: u64 = 13_200_000;
 /// Samples of a variance where survival exceeds albedo: throughput falls at each bounce, so that
 /// estimates are bounded.
-const BOUNDED_VARIANCE_SAMPLES: u64 = 6_500_000;
+const BOUNDED_VARIANCE_SAMPLES: u64 = 5_400_000;
 /// Relative δ of multi-bounce means.
 const MEAN_DELTA: f64 = 0.005;
 /// Relative δ of variances.
