@@ -74,21 +74,37 @@ impl Sensitivity {
     /// Returns the probability that an effect is not rejected, as [`miss`](Self::miss), at a level
     /// in (0, 1].
     pub fn miss_at(&self, effect: f64, alpha: f64) -> f64 {
+        self.miss_beyond(effect, alpha, self.critical(alpha))
+    }
+
+    /// Returns the value of the statistic beyond which a level rejects; 0 where none is used.
+    fn critical(&self, alpha: f64) -> f64 {
+        match *self {
+            Self::Normal { dof, tests, .. } => critical(dof, alpha / tests as f64),
+            Self::Cells { dof, tests, .. } if dof >= 1.0 => {
+                chi_square_upper(alpha / tests as f64, dof)
+            }
+            Self::Distance { n } => kolmogorov_upper(n, alpha),
+            _ => 0.0,
+        }
+    }
+
+    /// Returns [`miss_at`](Self::miss_at) for a level with this [`critical`](Self::critical) value.
+    fn miss_beyond(&self, effect: f64, alpha: f64, critical: f64) -> f64 {
         let size = effect.abs();
         match *self {
             Self::Certain => 0.0,
             Self::Normal {
                 standard_error,
                 dof,
-                tests,
-            } => normal_miss(size, standard_error, dof, alpha / tests as f64),
+                ..
+            } => normal_miss(size, standard_error, dof, critical),
             Self::Cells {
                 dof,
                 n,
                 min_probability,
-                tests,
+                ..
             } => {
-                let level = alpha / tests as f64;
                 if dof < 1.0 {
                     // One cell holds everything: no effect is detectable.
                     return 1.0;
@@ -96,12 +112,12 @@ impl Sensitivity {
                 // Of all distributions with this relative error in some cell, the one that takes it
                 // evenly from all others has the least Σ (p' − p)²/p.
                 let noncentrality = n * size * size * min_probability / (1.0 - min_probability);
-                noncentral_chi_square_cdf(chi_square_upper(level, dof), dof, noncentrality)
+                noncentral_chi_square_cdf(critical, dof, noncentrality)
             }
             Self::Distance { n } => {
                 // Where the distributions differ most, the fraction of values deviates by more than
                 // the excess with at most this probability (Hoeffding 1963, theorem 1).
-                let excess = (size - kolmogorov_upper(n, alpha)).max(0.0);
+                let excess = (size - critical).max(0.0);
                 (-2.0 * n as f64 * excess * excess).exp()
             }
             Self::Binomial { n, probability } => {
@@ -139,11 +155,16 @@ impl Sensitivity {
     /// Returns the probability of a miss on the worse side of the hypothesis; an effect that is
     /// impossible on one side (a probability above 1) is looked for on the other.
     pub fn worst_miss(&self, size: f64) -> f64 {
-        self.worst_miss_at(size, ALPHA)
+        self.worst_miss_beyond(size, ALPHA, self.critical(ALPHA))
     }
 
-    fn worst_miss_at(&self, size: f64, alpha: f64) -> f64 {
-        self.miss_at(size, alpha).max(self.miss_at(-size, alpha))
+    fn worst_miss_beyond(&self, size: f64, alpha: f64, critical: f64) -> f64 {
+        let miss = |effect| self.miss_beyond(effect, alpha, critical);
+        match self {
+            Self::Binomial { .. } | Self::Poisson { .. } => miss(size).max(miss(-size)),
+            // Both sides are alike.
+            _ => miss(size),
+        }
     }
 
     /// Returns the smallest effect that is missed with probability at most `chance`, on either
@@ -155,7 +176,8 @@ impl Sensitivity {
     /// Returns the smallest effect that is missed with probability at most `chance` at level
     /// `alpha`.
     pub fn smallest_effect_at(&self, chance: f64, alpha: f64) -> f64 {
-        smallest_detected(|size| self.worst_miss_at(size, alpha) <= chance)
+        let critical = self.critical(alpha);
+        smallest_detected(|size| self.worst_miss_beyond(size, alpha, critical) <= chance)
     }
 }
 
@@ -186,8 +208,9 @@ fn smallest_detected(detects: impl Fn(f64) -> bool) -> f64 {
     if detects(f64::MIN_POSITIVE) {
         return 0.0;
     }
-    // Powers of two bracket it, bisection narrows it down: misses fall as effects grow.
-    let mut high = 1.0;
+    // Powers of two bracket it, bisection narrows it down: misses fall as effects grow. From below,
+    // as it takes long to sum the probability to miss an effect of many standard errors.
+    let mut high = 0.5_f64.powi(20);
     while !detects(high) {
         high *= 2.0;
         if high > 1e30 {
@@ -215,11 +238,11 @@ pub(crate) fn bernstein_exponent(deviation: f64, root: f64, range: f64) -> f64 {
     (2.0 * deviation / (root + (root * root + 4.0 * range * deviation).sqrt())).powi(2)
 }
 
-fn normal_miss(size: f64, standard_error: f64, dof: f64, level: f64) -> f64 {
+fn normal_miss(size: f64, standard_error: f64, dof: f64, critical: f64) -> f64 {
     if standard_error == 0.0 {
         return if size > 0.0 { 0.0 } else { 1.0 };
     }
-    noncentral_miss(size / standard_error, critical(dof, level), dof)
+    noncentral_miss(size / standard_error, critical, dof)
 }
 
 /// Returns the t beyond which a two-sided level rejects.
