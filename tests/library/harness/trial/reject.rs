@@ -112,8 +112,8 @@ fn a_fault_is_asked_for_the_outcomes_that_must_reject_it() {
     assert!(context.asks_for(" at 40 degrees") && !context.asks_for(" at 0 degrees"));
 }
 
-/// What the parts of the sample have in common is made once for a fault, and again for each run
-/// apart from it; values of the same name are told apart by their order.
+/// Values that the parts of the sample have in common are made once for a fault, but in each run on
+/// its own; values of the same name are told apart by their order.
 #[test]
 fn what_parts_have_in_common_is_made_once() {
     let made = Arc::new(AtomicU64::new(0));
