@@ -6,7 +6,6 @@ use std::str::FromStr;
 use std::sync::Arc;
 
 use super::shared::Shared;
-
 use crate::error::Error;
 use crate::sampling::rng::{Stream, seed_for, stream};
 use crate::shard::{SHARD_FORMAT, Shard};
@@ -88,7 +87,7 @@ impl Context {
     }
 
     /// Returns what `make` makes. A fault runs on several parts of the sample, one after another:
-    /// what depends neither on the sample's size nor on anything drawn is made once for all.
+    /// what does not depend on the sample is made once for all of them.
     pub fn once<T: Send + Sync + 'static>(&self, name: &str, make: impl FnOnce() -> T) -> Arc<T> {
         self.shared.once(format!("{}: {name}", self.name), make)
     }

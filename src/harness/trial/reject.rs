@@ -3,7 +3,7 @@
 use std::f64::consts::FRAC_1_SQRT_2;
 
 use super::check::required_outcomes;
-use super::{Context, Run};
+use super::{Context, Run, Shared};
 use crate::harness::guard::{is_clearly_rejected, is_promising};
 use crate::harness::outcome::Outcome;
 
@@ -42,7 +42,7 @@ const PARTS: [f64; 12] = [
 pub fn reject(run: &Run, rejected_by: &[&'static str], context: &Context) -> Rejection {
     let context = &Context {
         asked: rejected_by.to_vec(),
-        shared: context.shared.next_run(),
+        shared: Shared::default().next_run(),
         ..context.clone()
     };
     let [first, ..] = PARTS;

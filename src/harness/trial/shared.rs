@@ -10,7 +10,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 #[derive(Clone, Default)]
 pub struct Shared(Option<Arc<Part>>);
 
-/// A value's name, and how many of the same name came before it in the run.
+/// A value's name, and its number among those of that name in its run.
 type Key = (String, usize);
 
 /// A run on a part of the sample.
@@ -21,8 +21,8 @@ struct Part {
 }
 
 impl Shared {
-    /// Creates the values for the next run, which shares those of this one; the first run of
-    /// several shares none with an earlier one.
+    /// Creates the values for the next run, which shares those of this one. That of the default
+    /// shares none with any other.
     pub(super) fn next_run(&self) -> Self {
         let values = self.0.as_ref().map(|part| Arc::clone(&part.values));
         Self(Some(Arc::new(Part {
