@@ -41,9 +41,11 @@ fn misses_are_those_of_the_laws() {
 
 #[test]
 fn smallest_effects_are_seen_for_certain() {
-    let known = normal(2.0, f64::INFINITY);
-    let expected = 2.0 * (normal_upper(0.5 * ALPHA) + normal_upper(ALPHA));
-    assert_relative_eq!(known.smallest_effect(ALPHA), expected, max_relative = 1e-8);
+    for standard_error in [1e-9, 2.0, 1e9] {
+        let found = normal(standard_error, f64::INFINITY).smallest_effect(ALPHA);
+        let expected = standard_error * (normal_upper(0.5 * ALPHA) + normal_upper(ALPHA));
+        assert_relative_eq!(found, expected, max_relative = 1e-8);
+    }
     let nothing = Sensitivity::Cells {
         dof: 0.0,
         n: 1e6,
