@@ -336,20 +336,12 @@ pub fn check_up(subject: &BsdfSubject, size: &CheckUp, context: &Context) -> Vec
     };
     let mut outcomes = Vec::new();
     if context.asks_for(FINITE) {
-        outcomes.push(check_finite(
-            subject,
-            size,
-            rounding,
-            &mut context.rng("sane"),
-        ));
+        let rng = &mut context.rng("sane");
+        outcomes.push(check_finite(subject, size, rounding, rng));
     }
     if context.asks_for(WEIGHTS) {
-        outcomes.push(check_weights(
-            subject,
-            size,
-            rounding,
-            &mut context.rng("weights"),
-        ));
+        let rng = &mut context.rng("weights");
+        outcomes.push(check_weights(subject, size, rounding, rng));
     }
     if subject.reciprocal && context.asks_for(RECIPROCITY) {
         let rng = &mut context.rng("reciprocity");
