@@ -16,8 +16,8 @@ type Key = (String, usize);
 /// A run on a part of the sample.
 struct Part {
     values: Arc<Mutex<HashMap<Key, Arc<dyn Any + Send + Sync>>>>,
-    /// Number of values of each name that this run has asked for.
-    asked: Mutex<HashMap<String, usize>>,
+    /// Number of values of each name that this run has used.
+    used: Mutex<HashMap<String, usize>>,
 }
 
 impl Shared {
@@ -27,7 +27,7 @@ impl Shared {
         let values = self.0.as_ref().map(|part| Arc::clone(&part.values));
         Self(Some(Arc::new(Part {
             values: values.unwrap_or_default(),
-            asked: Mutex::default(),
+            used: Mutex::default(),
         })))
     }
 
@@ -42,8 +42,8 @@ impl Shared {
             return Arc::new(make());
         };
         let number = {
-            let mut asked = lock(&part.asked);
-            let count = asked.entry(name.clone()).or_default();
+            let mut used = lock(&part.used);
+            let count = used.entry(name.clone()).or_default();
             *count += 1;
             *count
         };
@@ -65,8 +65,8 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 
 impl fmt::Debug for Shared {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let names = self.0.as_ref().map(|part| lock(&part.values).len());
-        f.debug_tuple("Shared").field(&names).finish()
+        let count = self.0.as_ref().map(|part| lock(&part.values).len());
+        f.debug_tuple("Shared").field(&count).finish()
     }
 }
 

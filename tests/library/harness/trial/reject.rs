@@ -138,4 +138,15 @@ fn what_parts_have_in_common_is_made_once() {
     run(&context);
     run(&context);
     assert_eq!(times(), 4);
+    // A fault within a run shares nothing with it, nor with one in an earlier run.
+    let runs = Arc::new(AtomicU64::new(0));
+    let counter = Arc::clone(&runs);
+    let outer: Run = Box::new(move |context: &Context| {
+        counter.fetch_add(1, Ordering::Relaxed);
+        reject(&run, &["outcome"], context).outcomes
+    });
+    reject(&outer, &["outcome"], &context);
+    let runs = runs.load(Ordering::Relaxed);
+    assert!(runs > 1);
+    assert_eq!(times(), 2 * runs);
 }
