@@ -1,5 +1,5 @@
-//! A kd-tree (Bentley 1975) of points with values, for queries of all points within a radius,
-//! always in the same order.
+//! A kd-tree (Bentley 1975) of points, for queries of all points within a radius, always in the
+//! same order.
 
 use std::ops::Range;
 
@@ -8,16 +8,16 @@ use glam::DVec3;
 use super::real::{Mask as _, Real as _, Vector as _};
 use super::simd::{LANES, Lanes, Lanes3};
 
-/// Points with values, as a balanced tree without pointers: a range of points is divided near its
-/// middle by a plane, and so are both halves. A short range is a leaf.
+/// Points as a balanced tree without pointers: a range of points is divided near its middle by a
+/// plane, and so are both halves. A short range is a leaf.
 #[derive(Clone, Debug, Default)]
-pub struct KdTree<T> {
-    /// Coordinates of all points, one list per axis; each list ends with padding.
-    points: [Vec<f64>; 3],
-    /// Splitting planes: number i divides a range of points after the first (i + 1) [`LANES`] of
-    /// all points.
+pub struct KdTree {
+    /// All points, [`LANES`] in a chunk; the last chunk ends with padding.
+    chunks: Vec<Lanes3>,
+    /// Splitting planes: number i divides a range of points after the first i + 1 chunks of all
+    /// points.
     planes: Vec<Plane>,
-    values: Vec<T>,
+    length: usize,
 }
 
 /// A splitting plane across an axis: no point of the first half lies beyond it, none of the second
@@ -28,7 +28,7 @@ struct Plane {
     axis: u8,
 }
 
-/// A point during construction, without its value.
+/// A point during construction.
 struct Node {
     point: DVec3,
     /// Index of the point in the list given.
@@ -42,57 +42,45 @@ const MAX_LEAF_POINTS: usize = 2 * LANES;
 /// Largest number of points with the same [`KdTree::approximate_index`].
 const MAX_SAME_INDEX: usize = 512;
 
-impl<T: Copy> KdTree<T> {
-    /// Builds a tree of finite points, fewer than 2³². The same points in the same order give the
-    /// same tree, whatever the number of threads.
-    pub fn new(points: &[(DVec3, T)]) -> Self {
-        let node = |(&(point, _), index)| Node { point, index };
-        let mut nodes: Vec<Node> = points.iter().zip(0..).map(node).collect();
-        let mut planes = vec![Plane::default(); nodes.len() / LANES];
-        build(&mut nodes, &mut planes);
-        let end = [f64::NAN; LANES];
-        let coordinates = |axis: usize| {
-            nodes
-                .iter()
-                .map(|node| node.point[axis])
-                .chain(end)
-                .collect()
-        };
-        let values = nodes
-            .iter()
-            .map(|node| points[node.index as usize].1)
-            .collect();
-        Self {
-            points: [coordinates(0), coordinates(1), coordinates(2)],
-            planes,
-            values,
-        }
-    }
-}
-
-impl<T> KdTree<T> {
+impl KdTree {
     /// Bytes of memory that each point takes during construction.
     pub const BYTES: usize =
-        size_of::<Node>() + 3 * size_of::<f64>() + size_of::<Plane>() / LANES + size_of::<T>();
+        size_of::<Node>() + size_of::<u32>() + (size_of::<Lanes3>() + size_of::<Plane>()) / LANES;
+
+    /// Builds a tree of finite points, fewer than 2³². Returns for each of its points the index
+    /// among those given, too. The same points in the same order give the same tree, whatever the
+    /// number of threads.
+    pub fn new(points: impl Iterator<Item = DVec3>) -> (Self, Vec<u32>) {
+        let node = |(point, index)| Node { point, index };
+        let mut nodes: Vec<Node> = points.zip(0..).map(node).collect();
+        let mut planes = vec![Plane::default(); nodes.len() / LANES];
+        build(&mut nodes, &mut planes);
+        let chunk = |nodes: &[Node]| {
+            let point = |lane: usize| nodes.get(lane).map_or(DVec3::INFINITY, |node| node.point);
+            Lanes3::from_fn(point)
+        };
+        let tree = Self {
+            chunks: nodes.chunks(LANES).map(chunk).collect(),
+            planes,
+            length: nodes.len(),
+        };
+        (tree, nodes.iter().map(|node| node.index).collect())
+    }
 
     /// Returns the number of points.
     pub fn len(&self) -> usize {
-        self.values.len()
+        self.length
     }
 
     /// Returns whether there are no points.
     pub fn is_empty(&self) -> bool {
-        self.values.is_empty()
+        self.length == 0
     }
 
-    /// Iterates over the values, in the tree's order.
-    pub fn values(&self) -> impl Iterator<Item = &T> {
-        self.values.iter()
-    }
-
-    /// Visits every value whose point p has ‖p − centre‖² ≤ `radius_squared`, in the tree's order.
+    /// Finds every point p that has ‖p − centre‖² ≤ `radius_squared`. Visits the chunks of
+    /// [`LANES`] points in which there are some, in the tree's order, with a bit for each of them.
     #[inline]
-    pub fn within(&self, centre: DVec3, radius_squared: f64, mut visit: impl FnMut(&T)) {
+    pub fn within(&self, centre: DVec3, radius_squared: f64, mut visit: impl FnMut(usize, u32)) {
         self.walk(0..self.len(), centre, radius_squared, &mut visit);
     }
 
@@ -117,7 +105,7 @@ impl<T> KdTree<T> {
         range: Range<usize>,
         centre: DVec3,
         radius_squared: f64,
-        visit: &mut impl FnMut(&T),
+        visit: &mut impl FnMut(usize, u32),
     ) {
         if range.len() <= MAX_LEAF_POINTS {
             return self.scan(range, centre, radius_squared, visit);
@@ -141,20 +129,15 @@ impl<T> KdTree<T> {
         range: Range<usize>,
         centre: DVec3,
         radius_squared: f64,
-        visit: &mut impl FnMut(&T),
+        visit: &mut impl FnMut(usize, u32),
     ) {
-        for first in range.clone().step_by(LANES) {
-            let points = Lanes3::of([0, 1, 2].map(|axis| {
-                let coordinates = self.points[axis][first..].first_chunk::<LANES>();
-                Lanes::new(*coordinates.expect("numbers follow the last point"))
-            }));
-            let distances_squared = (points - Lanes3::splat_vector(centre)).length_squared();
-            let far = distances_squared.cmpgt(Lanes::splat(radius_squared)).bits();
-            let values = &self.values[first..range.end.min(first + LANES)];
-            let mut near = !far & ((1 << values.len()) - 1);
-            while near != 0 {
-                visit(&values[near.trailing_zeros() as usize]);
-                near &= near - 1;
+        let centre = Lanes3::splat_vector(centre);
+        for chunk in range.start / LANES..range.end.div_ceil(LANES) {
+            let distances_squared = (self.chunks[chunk] - centre).length_squared();
+            let far = distances_squared.cmpgt(Lanes::splat(radius_squared));
+            let near = (!far).bits();
+            if near != 0 {
+                visit(chunk, near);
             }
         }
     }

@@ -5,12 +5,19 @@ use whitefurnace::integrator::photon::photon_map::{MAX_MAP_MEMORY, Photon, same_
 use whitefurnace::integrator::{Sample, radius_squared};
 use whitefurnace::light::emitter::EmitterPoint;
 use whitefurnace::math::kd_tree::KdTree;
+use whitefurnace::math::simd::LANES;
 
 use crate::prelude::*;
 
-/// Returns points with their indices as values.
-fn numbered(points: &[DVec3]) -> Vec<(DVec3, usize)> {
-    points.iter().copied().zip(0..).collect()
+/// Returns the indices of the points that a tree finds within a radius, as it visits them.
+fn found(tree: &KdTree, order: &[u32], centre: DVec3, radius_squared: f64) -> Vec<usize> {
+    let mut found = Vec::new();
+    tree.within(centre, radius_squared, |chunk, near| {
+        assert_ne!(near, 0);
+        let near = (0..32).filter(|lane| near >> lane & 1 == 1);
+        found.extend(near.map(|lane| order[chunk * LANES + lane] as usize));
+    });
+    found
 }
 
 /// Finds every point within the radius once and no other, ties and equal points included, in the
@@ -33,20 +40,16 @@ fn a_kd_tree_finds_what_brute_force_finds() {
         256,
         &(points, balls),
         |(points, (centre, radius))| {
-            let tree = KdTree::new(&numbered(&points));
-            assert_eq!(tree.len(), points.len());
+            let (tree, order) = KdTree::new(points.iter().copied());
+            assert_eq!([tree.len(), order.len()], [points.len(); 2]);
             assert_eq!(tree.is_empty(), points.is_empty());
             let r2 = radius * radius;
-            let mut found = Vec::new();
-            tree.within(centre, r2, |&i| found.push(i));
-            let near = |i: &usize| found.contains(i);
-            assert!(
-                tree.values()
-                    .copied()
-                    .filter(near)
-                    .eq(found.iter().copied()),
-                "{found:?}"
-            );
+            let mut found = found(&tree, &order, centre, r2);
+            let found_in_order = order
+                .iter()
+                .map(|&i| i as usize)
+                .filter(|i| found.contains(i));
+            assert!(found_in_order.eq(found.iter().copied()), "{found:?}");
             found.sort_unstable();
             let expected: Vec<usize> = (0..points.len())
                 .filter(|&i| points[i].distance_squared(centre) <= r2)
@@ -64,10 +67,8 @@ fn a_large_kd_tree_does_not_depend_on_the_threads() {
         .map(|_| DVec3::from_array([0; 3].map(|_| uniform(&mut rng))))
         .collect();
     let order = |threads| {
-        let tree = on_threads(threads, || KdTree::new(&numbered(&points)));
-        let mut order = Vec::new();
-        tree.within(DVec3::splat(0.5), 0.1, |&i| order.push(i));
-        order
+        let (tree, order) = on_threads(threads, || KdTree::new(points.iter().copied()));
+        found(&tree, &order, DVec3::splat(0.5), 0.1)
     };
     let one = order(1);
     let within = |p: &&DVec3| p.distance_squared(DVec3::splat(0.5)) <= 0.1;
@@ -82,10 +83,10 @@ fn a_kd_tree_knows_about_where_points_are() {
     let points: Vec<DVec3> = (0..5000)
         .map(|_| DVec3::from_array([0; 3].map(|_| uniform(&mut rng))))
         .collect();
-    let tree = KdTree::new(&numbered(&points));
-    let mut places: Vec<usize> = tree
-        .values()
-        .map(|&i| tree.approximate_index(points[i]))
+    let (tree, order) = KdTree::new(points.iter().copied());
+    let mut places: Vec<usize> = order
+        .iter()
+        .map(|&i| tree.approximate_index(points[i as usize]))
         .collect();
     assert!(places.is_sorted());
     assert!(
@@ -108,7 +109,6 @@ fn photons(kept: PhotonMapKind, scene: &Scene, emitted: u32) -> Vec<Photon> {
     )
     .expect("a small map")
     .photons()
-    .copied()
     .collect()
 }
 
@@ -142,7 +142,7 @@ fn flux_is_shared_among_the_particles_that_were_emitted() {
 #[test]
 fn a_map_that_would_not_fit_memory_is_refused_before_it_is_made() {
     let scene = furnace(0.0);
-    let each = size_of::<(DVec3, Photon)>() + KdTree::<Photon>::BYTES;
+    let each = size_of::<(DVec3, Photon)>() + size_of::<Photon>() + KdTree::BYTES;
     let most = (MAX_MAP_MEMORY / each) as u32;
     let check = |emitted| {
         PhotonMap::check(

@@ -12,18 +12,30 @@ use crate::integrator::walk::{PendingWalk, WalkEvent, in_batches, trace_walks};
 use crate::integrator::{Parts, PathParts, with_parts};
 use crate::material::{Bsdf, Scattering, Vertex};
 use crate::math::kd_tree::KdTree;
+use crate::math::real::{Mask as _, MaskOf, Real, Vector};
+use crate::math::simd::{LANES, Lanes3, lanes_of};
 use crate::sampling::sampler::{FIRST_LIGHT_BLOCK, ImagePass, SampleStream, Sampler};
 use crate::scene::Scene;
 
-/// A particle's arrival at a diffuse surface.
+/// A particle's arrival at a diffuse surface, or several.
 #[derive(Clone, Copy, Debug)]
-pub struct Photon {
+pub struct Photon<V = DVec3> {
     /// Unit normal of the surface on the side of arrival.
-    pub normal: DVec3,
+    pub normal: V,
     /// Unit direction towards the particle's previous vertex.
-    pub from: DVec3,
+    pub from: V,
     /// ΔΦ of [`crate::equation::PHOTON_FLUX`].
-    pub flux: DVec3,
+    pub flux: V,
+}
+
+impl Photon<Lanes3> {
+    fn lane(&self, lane: usize) -> Photon {
+        Photon {
+            normal: self.normal.lane(lane),
+            from: self.from.lane(lane),
+            flux: self.flux.lane(lane),
+        }
+    }
 }
 
 /// Which photons a map stores.
@@ -46,8 +58,8 @@ pub fn flux_share(flux: DVec3, emitted: u32) -> DVec3 {
 /// Returns the contribution of one photon to [`crate::equation::PHOTON_DENSITY`]: f_r ΔΦ / πr²,
 /// with f_r in 1/sr and `r2` = r² > 0. Constant kernel on the disc of radius r.
 #[inline]
-pub fn density(brdf: DVec3, flux: DVec3, r2: f64) -> DVec3 {
-    brdf * flux * (FRAC_1_PI / r2)
+pub fn density<V: Vector>(brdf: V, flux: V, r2: V::Real) -> V {
+    brdf * flux * (V::Real::splat(FRAC_1_PI) / r2)
 }
 
 /// Least cosine (26°) between the normals of a photon and a point that may use it: excludes photons
@@ -56,8 +68,10 @@ pub const MIN_SAME_SIDE_COSINE: f64 = 0.9;
 
 /// Returns whether a photon lies on the same surface and side as a point, by their unit normals.
 #[inline]
-pub fn same_side(at_photon: DVec3, at_point: DVec3) -> bool {
-    at_photon.dot(at_point) > MIN_SAME_SIDE_COSINE
+pub fn same_side<V: Vector>(at_photon: V, at_point: V) -> MaskOf<V> {
+    at_photon
+        .dot(at_point)
+        .cmpgt(Real::splat(MIN_SAME_SIDE_COSINE))
 }
 
 /// Replaceable parts of photon mapping.
@@ -106,7 +120,9 @@ const PILOT_PARTICLES: u32 = 1024;
 /// Photons of a number of particles, in a k-d tree.
 #[derive(Clone, Debug)]
 pub struct PhotonMap {
-    tree: KdTree<Photon>,
+    tree: KdTree,
+    /// One for each chunk of the tree.
+    photons: Vec<Photon<Lanes3>>,
 }
 
 impl PhotonMap {
@@ -148,9 +164,20 @@ impl PhotonMap {
                 return Err(Error::Radiance { value, place });
             }
         }
-        Ok(Self {
-            tree: KdTree::new(&photons),
-        })
+        let (tree, order) = KdTree::new(photons.iter().map(|(point, _)| *point));
+        let lanes = |order: &[u32]| {
+            let vector = |of: fn(&Photon) -> DVec3| {
+                let photon = |&index: &u32| of(&photons[index as usize].1);
+                Lanes3::from_fn(|lane| order.get(lane).map_or(DVec3::ZERO, photon))
+            };
+            Photon {
+                normal: vector(|photon| photon.normal),
+                from: vector(|photon| photon.from),
+                flux: vector(|photon| photon.flux),
+            }
+        };
+        let photons = order.chunks(LANES).map(lanes).collect();
+        Ok(Self { tree, photons })
     }
 
     /// Refuses a map that would not fit in memory.
@@ -175,8 +202,8 @@ impl PhotonMap {
     }
 
     /// Iterates over the photons in the order of the tree.
-    pub fn photons(&self) -> impl Iterator<Item = &Photon> {
-        self.tree.values()
+    pub fn photons(&self) -> impl Iterator<Item = Photon> {
+        (0..self.tree.len()).map(|index| self.photons[index / LANES].lane(index % LANES))
     }
 
     /// Returns [`KdTree::approximate_index`] of a point among the photons.
@@ -199,15 +226,32 @@ impl PhotonMap {
         radius: f64,
     ) -> DVec3 {
         let r2 = radius * radius;
+        // Lambert's model is the same for all directions.
+        let constant = match bsdf {
+            Bsdf::Lambert { .. } if parts.is_default() => {
+                Some(parts.brdf(bsdf, vertex.wo, DVec3::Z))
+            }
+            _ => None,
+        };
         let mut sum = DVec3::ZERO;
-        self.tree.within(vertex.point, r2, |photon| {
-            if parts.same_side(photon.normal, vertex.frame.z) {
-                // The photon arrived above its own surface, so its direction must not fall below
-                // the horizon of the vertex.
-                let wi = vertex.frame.local(photon.from);
-                let wi = wi.with_z(wi.z.max(f64::MIN_POSITIVE));
-                let brdf = parts.brdf(bsdf, vertex.wo, wi);
-                sum += parts.photon_density(brdf, photon.flux, wi, r2);
+        self.tree.within(vertex.point, r2, |chunk, near| {
+            let photons = &self.photons[chunk];
+            if let Some(brdf) = constant {
+                let used =
+                    near & same_side(photons.normal, Vector::splat_vector(vertex.frame.z)).bits();
+                let radiance = density(Vector::splat_vector(brdf), photons.flux, Real::splat(r2));
+                lanes_of(used).for_each(|lane| sum += radiance.lane(lane));
+                return;
+            }
+            for photon in lanes_of(near).map(|lane| photons.lane(lane)) {
+                if parts.same_side(photon.normal, vertex.frame.z) {
+                    // The photon arrived above its own surface, so its direction must not fall
+                    // below the horizon of the vertex.
+                    let wi = vertex.frame.local(photon.from);
+                    let wi = wi.with_z(wi.z.max(f64::MIN_POSITIVE));
+                    let brdf = parts.brdf(bsdf, vertex.wo, wi);
+                    sum += parts.photon_density(brdf, photon.flux, wi, r2);
+                }
             }
         });
         sum
@@ -238,7 +282,7 @@ fn pilot(
     }
     let first = emitted.min(PILOT_PARTICLES);
     let photons = follow(0..first)?;
-    let each = size_of::<(DVec3, Photon)>() + KdTree::<Photon>::BYTES;
+    let each = size_of::<(DVec3, Photon)>() + size_of::<Photon>() + KdTree::BYTES;
     let per_particle = (photons.len() * each) as f64 / f64::from(first);
     let bytes = per_particle * f64::from(emitted);
     if bytes > MAX_MAP_MEMORY as f64 {
