@@ -5,7 +5,7 @@ use glam::DVec3;
 
 use super::bvh::{Bvh, Primitive};
 use super::offsets::OFFSET;
-use crate::math::real::{MaskOf, Real, Vector};
+use crate::math::real::{Mask as _, MaskOf, Real, Vector};
 
 /// Maximum number of primitives of a small scene; in larger ones the hierarchy is as fast.
 pub(crate) const MAX_PRIMITIVES: usize = 64;
@@ -27,13 +27,15 @@ pub(crate) struct Hull {
     pub within: Bvh,
 }
 
-/// The space between two parallel planes, n · p < `ends[0]` and −n · p < `ends[1]` except for a
-/// margin of `offset`/4, in single precision of [`SINGLE_MARGIN`]; an end without a wall is
-/// infinite.
+/// The space between two parallel planes, n · p < `ends[0]` and −n · p < `ends[1]`; an end without
+/// a wall is infinite.
 #[derive(Debug)]
 pub(crate) struct Slab {
     pub normal: DVec3,
     pub ends: [f64; 2],
+    /// The ends less a margin of `offset`/4, and in single precision of [`SINGLE_MARGIN`].
+    inner_ends: [f64; 2],
+    inner_ends_single: [f64; 2],
     offset: f64,
 }
 
@@ -60,6 +62,8 @@ impl Hull {
                 let mut slab = Slab {
                     normal: (b - a).cross(c - a).normalize_or_zero(),
                     ends: [f64::INFINITY; 2],
+                    inner_ends: [f64::INFINITY; 2],
+                    inner_ends_single: [f64::INFINITY; 2],
                     offset,
                 };
                 let is_wall = slab.try_close([a, b, c], primitives);
@@ -77,21 +81,26 @@ impl Hull {
         })
     }
 
-    /// Returns whether a point is within, at least some rounding errors away from the walls.
+    /// Returns whether both points are within, at least some rounding errors away from the walls.
     #[inline]
-    pub fn contains<V: Vector>(&self, point: V) -> MaskOf<V> {
-        let zero = V::Real::splat(0.0);
-        self.slabs.iter().fold(zero.cmpeq(zero), |within, slab| {
-            let height = V::splat_vector(slab.normal).dot(point);
-            let margin =
-                V::Real::by_precision(slab.offset / 4.0, slab.offset * (SINGLE_MARGIN / OFFSET));
-            let [above, below] = slab.ends.map(|end| V::Real::splat(end) - margin);
-            within & height.cmplt(above) & (-height).cmplt(below)
+    pub fn contains<V: Vector>(&self, x: V, y: V) -> MaskOf<V> {
+        let all = MaskOf::<V>::splat(true);
+        self.slabs.iter().fold(all, |within, slab| {
+            let normal = V::splat_vector(slab.normal);
+            within & slab.contains(normal.dot(x)) & slab.contains(normal.dot(y))
         })
     }
 }
 
 impl Slab {
+    /// Returns whether a point at a height along the normal is between the planes, at least some
+    /// rounding errors away from them.
+    #[inline]
+    pub fn contains<R: Real>(&self, height: R) -> R::Mask {
+        let end = |side| R::by_precision(self.inner_ends[side], self.inner_ends_single[side]);
+        height.cmplt(end(0)) & (-height).cmplt(end(1))
+    }
+
     /// Returns the distance from a plane within which a point lies in it: some tens of rounding
     /// errors. The origin of a ray that leaves a wall is within the slab, a point on the wall is
     /// not.
@@ -123,7 +132,11 @@ impl Slab {
                 .fold(f64::NEG_INFINITY, f64::max);
             let open = std::mem::replace(&mut self.ends[side], farthest);
             let lies = self.contains_on_plane(side, &corners);
-            if !lies {
+            if lies {
+                let single = self.offset * (SINGLE_MARGIN / OFFSET);
+                self.inner_ends[side] = farthest - self.offset / 4.0;
+                self.inner_ends_single[side] = f64::from(farthest as f32 - single as f32);
+            } else {
                 self.ends[side] = open;
             }
             lies

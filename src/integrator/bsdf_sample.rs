@@ -217,7 +217,7 @@ impl<R: Wide<N>, const N: usize> SurfaceInteraction<'_, R, N> {
 
     /// Samples a direction uniformly over the hemisphere, in world space, and returns its weight,
     /// too.
-    #[inline]
+    #[inline(always)]
     pub fn sample_uniform<P: PathParts + ?Sized>(
         &self,
         parts: &P,

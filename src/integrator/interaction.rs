@@ -124,8 +124,9 @@ pub(crate) struct SurfaceInteraction<'a, R: Wide<N>, const N: usize> {
     pub absorption: R,
     pub(super) index: R,
     oren_nayar: OrenNayar<R>,
-    /// Union of the kinds of all primitives in the scene.
-    kinds: u16,
+    /// Kinds of the primitives, and the union of those of all primitives in the scene.
+    kinds: [u16; N],
+    scene_kinds: u16,
 }
 
 impl<R: Wide<N>, const N: usize> ShadingPoint<R> for SurfaceInteraction<'_, R, N> {
@@ -204,7 +205,8 @@ impl<'a, R: Wide<N>, const N: usize> SurfaceInteraction<'a, R, N> {
             _,
             _,
         ] = R::transpose(map_array(primitives, |primitive| &primitive.numbers));
-        let is = |kind| of_kind(&primitives, lanes.data.kinds, kind, found.hit_mask);
+        let kinds = map_array(primitives, |primitive| primitive.kinds);
+        let is = |kind| of_kind(&kinds, lanes.data.kinds, kind, found.hit_mask);
         let (point, normal) = point_and_normal(shape, is(SPHERE), ray, found);
         Self {
             vertex: Vertex::of(point, normal, ray.direction),
@@ -220,7 +222,8 @@ impl<'a, R: Wide<N>, const N: usize> SurfaceInteraction<'a, R, N> {
             absorption,
             index,
             oren_nayar: OrenNayar { a, b },
-            kinds: lanes.data.kinds,
+            kinds,
+            scene_kinds: lanes.data.kinds,
             primitives,
             scene: lanes.scene,
         }
@@ -229,7 +232,7 @@ impl<'a, R: Wide<N>, const N: usize> SurfaceInteraction<'a, R, N> {
     /// Returns the lanes whose primitive is of this kind.
     #[inline]
     pub(super) fn is(&self, kind: u16) -> R::Mask {
-        of_kind(&self.primitives, self.kinds, kind, self.hit_mask)
+        of_kind(&self.kinds, self.scene_kinds, kind, self.hit_mask)
     }
 
     /// Returns rays that leave the surfaces in these directions.
@@ -384,16 +387,11 @@ impl<'a, R: Wide<N>, const N: usize> SurfaceInteraction<'a, R, N> {
 /// Returns the active lanes whose primitive is of a kind; primitives are inspected only if the
 /// scene has the kind.
 #[inline]
-fn of_kind<M: Mask, T, const N: usize>(
-    primitives: &[&PrimitiveData<T>; N],
-    all: u16,
-    kind: u16,
-    active: M,
-) -> M {
+fn of_kind<M: Mask, const N: usize>(kinds: &[u16; N], all: u16, kind: u16, active: M) -> M {
     if all & kind == 0 {
         return M::splat(false);
     }
-    active & M::from_fn(|i| primitives[i].kinds & kind != 0)
+    active & M::from_fn(|i| kinds[i] & kind != 0)
 }
 
 /// Computes points and normals of hits on primitives with these numbers, as

@@ -157,6 +157,8 @@ impl<R: Wide<N>, const N: usize> PathState<R, N> {
     }
 
     /// Pushes a branch that leaves the surfaces for the paths of these lanes.
+    #[cold]
+    #[inline(never)]
     pub fn push_branch(
         &mut self,
         surface: &SurfaceInteraction<'_, R, N>,
@@ -165,9 +167,6 @@ impl<R: Wide<N>, const N: usize> PathState<R, N> {
         light_sampled: R::Mask,
         active: R::Mask,
     ) {
-        if !active.any() {
-            return;
-        }
         let ray = surface.spawn_ray(direction);
         self.has_branches |= active.bits();
         for lane in lanes_of(active.bits()) {
@@ -181,11 +180,19 @@ impl<R: Wide<N>, const N: usize> PathState<R, N> {
     }
 
     /// Pops a branch in each of the `ended` lanes that has one, and returns these lanes.
+    #[inline]
     pub fn pop_branches(&mut self, ended: u32) -> u32 {
         let popped = ended & self.has_branches;
-        if popped == 0 {
-            return 0;
+        if popped != 0 {
+            self.pop(popped);
         }
+        popped
+    }
+
+    /// Pops a branch in each of these lanes.
+    #[cold]
+    #[inline(never)]
+    fn pop(&mut self, popped: u32) {
         // The state of each lane, of the branch or as it was.
         let states: [Branch; N] = from_fn(|i| {
             let pending = &mut self.branches[i];
@@ -208,7 +215,6 @@ impl<R: Wide<N>, const N: usize> PathState<R, N> {
         self.throughput = R::Vector::from_fn(|i| states[i].throughput);
         self.light_sampled = R::Mask::from_fn(|i| states[i].light_sampled);
         self.hits = states.each_ref().map(|state| state.hits);
-        popped
     }
 
     /// Continues the paths of these lanes from surfaces, with this throughput.

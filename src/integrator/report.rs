@@ -85,13 +85,11 @@ impl Integrator for Report<'_> {
             let (sampled_direction, reflected) = surface.sample_uniform(parts, numbers, survives);
             let reflected = reflected * (compensation / f64::from(self.rays));
             // The first survivor continues at once, the others later.
-            paths.push_branch(
-                surface,
-                sampled_direction,
-                throughput * reflected,
-                sampled,
-                survives & goes_on,
-            );
+            let later = survives & goes_on;
+            if later.any() {
+                let throughput = throughput * reflected;
+                paths.push_branch(surface, sampled_direction, throughput, sampled, later);
+            }
             let first = survives & !goes_on;
             direction = Vector::select(first, sampled_direction, direction);
             weight = Vector::select(first, reflected, weight);

@@ -55,14 +55,11 @@ impl Integrator for Whitted<'_> {
             let split = surface.split(parts, rules.radiance_factor, goes_on);
             let throughput = paths.throughput;
             let (direction, weight) = split.refracted;
-            let never = R::Mask::splat(false);
-            paths.push_branch(
-                surface,
-                direction,
-                throughput * weight,
-                never,
-                goes_on & split.refracts,
-            );
+            let refracts = goes_on & split.refracts;
+            if refracts.any() {
+                let never = R::Mask::splat(false);
+                paths.push_branch(surface, direction, throughput * weight, never, refracts);
+            }
             let (direction, weight) = split.reflected;
             paths.continue_with(surface, direction, throughput * weight, goes_on);
         }

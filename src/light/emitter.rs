@@ -209,7 +209,7 @@ impl Emitter {
     }
 
     /// Maps two uniform numbers to a point; its pdf with respect to area is 1/area.
-    #[inline]
+    #[inline(always)]
     pub fn sample<R: Real>(&self, random: [R; 2]) -> EmitterPoint<R::Vector> {
         let all = R::Vector::splat_vector;
         match self.shape {

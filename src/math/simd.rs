@@ -218,6 +218,21 @@ macro_rules! lanes {
             fn bits(self) -> u32 {
                 self.0.to_bitmask()
             }
+            #[inline]
+            fn from_bits(bits: u32) -> Self {
+                // Numbers in [1, 2), of which each lane compares its bit.
+                const ONE: $bits = (1.0 as $scalar).to_bits();
+                const LANES: $wide = {
+                    let (mut lanes, mut i) = ([0.0; $count], 0);
+                    while i < $count {
+                        lanes[i] = <$scalar>::from_bits(ONE | 1 << i);
+                        i += 1;
+                    }
+                    <$wide>::new(lanes)
+                };
+                let all = <$wide>::splat(<$scalar>::from_bits(ONE | <$bits>::from(bits)));
+                Self((all & LANES).simd_eq(LANES))
+            }
         }
 
         impl Real for $number {
@@ -320,18 +335,20 @@ macro_rules! lanes {
             fn transpose<const K: usize>(rows: [&AlignedArray<$scalar, K>; $count]) -> [Self; K] {
                 const PART: usize = size_of::<$part>() / size_of::<$scalar>();
                 const { assert!(K.is_multiple_of(PART)) }
-                let mut columns = [[0.0; $count]; K];
+                let mut columns = [[<$part>::splat(0.0); $count / PART]; K];
                 // Squares of columns are transposed in registers.
                 for (square, columns) in columns.as_chunks_mut::<PART>().0.iter_mut().enumerate() {
-                    for first in (0..$count).step_by(PART) {
-                        let row = |i: usize| <$part>::new(rows[first + i].0.as_chunks().0[square]);
+                    for part in 0..$count / PART {
+                        let row = |i: usize| {
+                            <$part>::new(rows[part * PART + i].0.as_chunks().0[square])
+                        };
                         let transposed = <$part>::transpose(from_fn(row));
                         for i in 0..PART {
-                            columns[i].as_chunks_mut().0[first / PART] = transposed[i].to_array();
+                            columns[i][part] = transposed[i];
                         }
                     }
                 }
-                map_array(columns, Self::from_array)
+                map_array(columns, |parts| $wrap(bytemuck::cast(parts)))
             }
         }
     };

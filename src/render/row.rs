@@ -222,10 +222,13 @@ impl<R: Wide<N>, const N: usize> RowRenderer<'_, R, N> {
             ended &= !paths.pop_branches(ended);
             busy &= !ended;
             let radiances = paths.radiance.components().map(R::lanes);
+            let radiance = |lane: usize| {
+                let [red, green, blue] = &radiances;
+                DVec3::new(red[lane].into(), green[lane].into(), blue[lane].into())
+            };
             for lane in lanes_of(ended) {
                 let state = &mut states[lane];
-                let mut radiance =
-                    state.weight * DVec3::from_array(radiances.map(|channel| channel[lane].into()));
+                let mut radiance = state.weight * radiance(lane);
                 let id = state.sample;
                 let points = self.silhouettes.points(id.pixel, id.replication, id.index);
                 if let Some(points) = points {

@@ -432,9 +432,7 @@ impl Scene {
     /// Returns whether nothing lies on a segment up to t = 1.
     pub(crate) fn is_unoccluded(&self, segment: &Ray, through_glass: bool) -> bool {
         let bvh = match &self.hull {
-            Some(hull) if hull.contains(segment.origin) && hull.contains(segment.at(1.0)) => {
-                &hull.within
-            }
+            Some(hull) if hull.contains(segment.origin, segment.at(1.0)) => &hull.within,
             _ => &self.bvh,
         };
         if through_glass {

@@ -255,12 +255,9 @@ impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
             };
         }
         let one = R::splat(1.0);
-        let contains = |point| {
-            scene
-                .hull()
-                .map_or(R::Mask::splat(false), |hull| hull.contains(point))
-        };
-        let within = active & contains(segment.origin) & contains(segment.at(one));
+        let within = scene.hull().map_or(R::Mask::splat(false), |hull| {
+            active & hull.contains(segment.origin, segment.at(one))
+        });
         let mut free = active;
         let shear = Shear::new(&segment);
         let projected = scratch.projected();

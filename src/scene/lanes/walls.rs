@@ -127,10 +127,6 @@ impl<T: Scalar> HullWalls<T> {
         shear: &LaneShear<R>,
         active: R::Mask,
     ) -> Option<HullExit<R>> {
-        let within = active & hull.contains(ray.origin);
-        if !within.any() {
-            return None;
-        }
         let (zero, never) = (R::splat(0.0), R::splat(f64::INFINITY));
         let margin = R::by_precision(self.extent * MARGIN, self.extent * SINGLE_MARGIN);
         let [x, y, z] = map_array(ray.direction.components(), R::abs);
@@ -139,9 +135,11 @@ impl<T: Scalar> HullWalls<T> {
         // Each ray leaves through `wall` between `begin_exit` and `end_exit`, and through no other
         // before `next_exit`.
         let (mut wall, mut begin_exit, mut end_exit, mut next_exit) = (zero, never, never, never);
+        let mut within = active;
         for (number, slab) in hull.slabs.iter().enumerate() {
             let normal = R::Vector::splat_vector(slab.normal);
             let (height, rise) = (normal.dot(ray.origin), normal.dot(ray.direction));
+            within = within & slab.contains(height);
             let falls = rise.cmplt(zero);
             let [top, bottom] = map_array(slab.ends, R::splat);
             let distance = R::select(falls, bottom + height, top - height);
@@ -159,6 +157,9 @@ impl<T: Scalar> HullWalls<T> {
                 R::select(falls, R::splat(here + 1.0), R::splat(here)),
                 wall,
             );
+        }
+        if !within.any() {
+            return None;
         }
         let point = ray.at((begin_exit + end_exit) * 0.5);
         let width = (end_exit - begin_exit) * scale;
