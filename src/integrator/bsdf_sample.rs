@@ -48,7 +48,7 @@ impl<R: Wide<N>, const N: usize> SurfaceInteraction<'_, R, N> {
     /// Samples a direction in the active lanes, as
     /// [`Scattering::sample`](crate::material::Scattering::sample). Draws two numbers for a model
     /// with a pdf, three for rough glass, one for glass, none for a mirror.
-    #[inline]
+    #[inline(always)]
     pub fn sample<P: PathParts + ?Sized, S: LaneSampler<R>>(
         &self,
         parts: &P,
@@ -67,7 +67,7 @@ impl<R: Wide<N>, const N: usize> SurfaceInteraction<'_, R, N> {
     }
 
     /// Samples a direction at mirrors and glass.
-    #[inline]
+    #[inline(always)]
     fn sample_specular<P: PathParts + ?Sized, S: LaneSampler<R>>(
         &self,
         parts: &P,
@@ -105,7 +105,7 @@ impl<R: Wide<N>, const N: usize> SurfaceInteraction<'_, R, N> {
     }
 
     /// Samples a direction at surfaces whose BSDF is not a Dirac distribution.
-    #[inline]
+    #[inline(always)]
     fn sample_non_delta<P: PathParts + ?Sized, S: LaneSampler<R>>(
         &self,
         parts: &P,

@@ -104,7 +104,7 @@ pub(super) fn sample_light<
 }
 
 /// Traces shadow rays as [`sample_light`], with given random numbers.
-#[inline]
+#[inline(always)]
 pub(super) fn sample_light_by<
     P: PathParts + ?Sized,
     X: ShadingPoint<R>,
@@ -128,7 +128,7 @@ pub(super) fn sample_light_by<
 }
 
 /// Returns the light that arrives from points picked on emitters.
-#[inline]
+#[inline(always)]
 fn light_from<P: PathParts + ?Sized, X: ShadingPoint<R>, R: Wide<N>, const N: usize>(
     parts: &P,
     scene: LaneScene<'_, R, N>,

@@ -144,7 +144,7 @@ impl<R: Wide<N>, const N: usize> ShadingPoint<R> for SurfaceInteraction<'_, R, N
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn brdf<P: PathParts + ?Sized>(&self, parts: &P, wi: R::Vector, active: R::Mask) -> R::Vector {
         let (zero, wo) = (R::splat(0.0), self.vertex.wo);
         if !parts.is_default() {

@@ -339,9 +339,8 @@ macro_rules! lanes {
                 // Squares of columns are transposed in registers.
                 for (square, columns) in columns.as_chunks_mut::<PART>().0.iter_mut().enumerate() {
                     for part in 0..$count / PART {
-                        let row = |i: usize| {
-                            <$part>::new(rows[part * PART + i].0.as_chunks().0[square])
-                        };
+                        let row =
+                            |i: usize| <$part>::new(rows[part * PART + i].0.as_chunks().0[square]);
                         let transposed = <$part>::transpose(from_fn(row));
                         for i in 0..PART {
                             columns[i][part] = transposed[i];
