@@ -218,9 +218,6 @@ impl<R: Real> PickedPoint<R> {
         random: [R; 2],
         active: R::Mask,
     ) -> Self {
-        if let [emitter] = emitters {
-            return Self::on_emitter(parts, emitter, lights, from, random, active);
-        }
         let (zero, none) = (R::splat(0.0), R::Vector::zero());
         let mut picked = Self {
             point: EmitterPoint::new(none, none),
@@ -229,48 +226,44 @@ impl<R: Real> PickedPoint<R> {
             by_angle: R::Mask::splat(false),
             pdf_angle: zero,
         };
-        for_each_distinct(emitter, active, |number, here: R::Mask| {
-            let new = Self::on_emitter(parts, &emitters[number], lights, from, random, here);
-            picked = Self {
-                point: EmitterPoint::select(here, new.point, picked.point),
-                radiance: Vector::select(here, new.radiance, picked.radiance),
-                pdf_area: R::select(here, new.pdf_area, picked.pdf_area),
-                by_angle: picked.by_angle | new.by_angle,
-                pdf_angle: R::select(here, new.pdf_angle, picked.pdf_angle),
-            };
-        });
+        if let [emitter] = emitters {
+            picked.sample(parts, emitter, lights, from, random, active);
+        } else {
+            for_each_distinct(emitter, active, |number, here: R::Mask| {
+                picked.sample(parts, &emitters[number], lights, from, random, here);
+            });
+        }
         picked
     }
 
-    /// Samples a point on one emitter in each active lane.
-    #[inline]
-    fn on_emitter<P: PathParts + ?Sized>(
+    /// Samples a point on an emitter in the lanes of the mask.
+    #[inline(always)]
+    fn sample<P: PathParts + ?Sized>(
+        &mut self,
         parts: &P,
         emitter: &Emitter,
         lights: LightSampling,
         from: R::Vector,
         random: [R; 2],
-        active: R::Mask,
-    ) -> Self {
-        let none = R::Vector::zero();
-        let mut picked = Self {
-            point: EmitterPoint::new(none, none),
-            radiance: R::Vector::splat_vector(emitter.radiance),
-            pdf_area: R::splat(parts.emitter_pdf_area(emitter)),
-            by_angle: R::Mask::splat(false),
-            pdf_angle: R::splat(0.0),
-        };
+        here: R::Mask,
+    ) {
+        let mut left = here;
         if lights.by_solid_angle(emitter) {
-            let (exists, point, pdf) =
-                parts.lanes_sample_solid_angle(emitter, from, random, active);
-            (picked.by_angle, picked.point, picked.pdf_angle) = (active & exists, point, pdf);
+            let (exists, point, pdf) = parts.lanes_sample_solid_angle(emitter, from, random, here);
+            let exists = here & exists;
+            left = here & !exists;
+            self.point = EmitterPoint::select(exists, point, self.point);
+            self.by_angle = self.by_angle | exists;
+            self.pdf_angle = R::select(exists, pdf, self.pdf_angle);
         }
-        let left = active & !picked.by_angle;
         if left.any() {
             let point = parts.lanes_sample_emitter(emitter, random, left);
-            picked.point = EmitterPoint::select(left, point, picked.point);
+            self.point = EmitterPoint::select(left, point, self.point);
         }
-        picked
+        let radiance = R::Vector::splat_vector(emitter.radiance);
+        self.radiance = Vector::select(here, radiance, self.radiance);
+        let pdf_area = R::splat(parts.emitter_pdf_area(emitter));
+        self.pdf_area = R::select(here, pdf_area, self.pdf_area);
     }
 
     /// Returns the pdfs of the points with respect to solid angle, given cosines at the emitters
