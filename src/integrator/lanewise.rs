@@ -123,7 +123,7 @@ pub(crate) trait Lanewise: PathParts {
     }
 
     /// Samples a point on an emitter, uniformly in area.
-    #[inline]
+    #[inline(always)]
     fn lanes_sample_emitter<R: Real>(
         &self,
         emitter: &Emitter,

@@ -1,5 +1,6 @@
 //! Light sampling: how particles and shadow rays pick points on emitters, and their pdfs.
 
+use arrayvec::ArrayVec;
 use glam::DVec3;
 
 use super::lanewise::{Lanewise, each};
@@ -129,9 +130,10 @@ fn pick_emitters<P: PathParts + ?Sized, R: Wide<N>, const N: usize>(
         let each: [_; N] = each(active, (0, 1.0), one);
         return (each.map(|(index, _)| index), R::from_lanes(|i| each[i].1));
     }
-    let mut shares = [R::splat(0.0); light_sampler::MAX_EXACT_LIGHTS];
-    light_sampler::probabilities(|i| emitters[i].importance(from), &mut shares[..count]);
-    let (index, share) = light_sampler::pick(&shares[..count], r);
+    let zeros = std::iter::repeat_n(R::splat(0.0), count);
+    let mut shares: ArrayVec<R, { light_sampler::MAX_EXACT_LIGHTS }> = zeros.collect();
+    light_sampler::probabilities(|i| emitters[i].importance(from), &mut shares);
+    let (index, share) = light_sampler::pick(&shares, r);
     (index.to_u32().map(|index| index as usize), share)
 }
 
