@@ -245,7 +245,7 @@ impl<R: Wide<N>, const N: usize> SurfaceInteraction<'_, R, N> {
     }
 
     /// Returns f_r cos θ / p of a direction.
-    #[inline]
+    #[inline(always)]
     fn weighted<P: PathParts + ?Sized>(
         &self,
         parts: &P,

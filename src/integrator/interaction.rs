@@ -363,7 +363,7 @@ impl<'a, R: Wide<N>, const N: usize> SurfaceInteraction<'a, R, N> {
 
     /// Returns the pdf of sampled directions with respect to solid angle in the active lanes; 0 for
     /// mirrors and glass.
-    #[inline]
+    #[inline(always)]
     pub fn pdf<P: PathParts + ?Sized>(&self, parts: &P, wi: R::Vector, active: R::Mask) -> R {
         let pdf = |i: usize| parts.pdf(&self.bsdf(i), self.vertex.wo.lane(i), wi.lane(i));
         if !parts.is_default() {
