@@ -99,15 +99,29 @@ impl<R: Real, A: Axes<R>> Shear<R, A> {
         depths: [R; 3],
         in_bounds: impl FnOnce() -> R::Mask,
     ) -> TriangleHit<R> {
-        let (zero, none) = (R::splat(0.0), R::splat(f64::INFINITY));
+        let zero = R::splat(0.0);
         let [lowest, highest] = [u.minimum(v).minimum(w), u.maximum(v).maximum(w)];
         let inside = !(lowest.cmplt(zero) & highest.cmpgt(zero));
         if !inside.any() {
             return TriangleHit {
-                t: none,
+                t: R::splat(f64::INFINITY),
                 weights: [zero; 3],
             };
         }
+        self.hit_inside(inside, [u, v, w], depths, in_bounds)
+    }
+
+    /// Returns the hits as [`hit_within`](Self::hit_within) in lanes whose edges have no two
+    /// different signs.
+    #[inline(always)]
+    pub fn hit_inside(
+        &self,
+        inside: R::Mask,
+        [u, v, w]: [R; 3],
+        depths: [R; 3],
+        in_bounds: impl FnOnce() -> R::Mask,
+    ) -> TriangleHit<R> {
+        let (zero, none) = (R::splat(0.0), R::splat(f64::INFINITY));
         let determinant = u + v + w;
         let inverse = determinant.recip();
         let weights = [u * inverse, v * inverse, w * inverse];
@@ -125,7 +139,7 @@ impl<R: Real, A: Axes<R>> Shear<R, A> {
         );
         // Where the determinant is zero, t is not a number, and not ahead.
         let mut hit = inside & ahead;
-        let on_edge = hit & (lowest.cmpeq(zero) | highest.cmpeq(zero));
+        let on_edge = hit & (u.cmpeq(zero) | v.cmpeq(zero) | w.cmpeq(zero));
         if on_edge.any() {
             hit = hit & (!on_edge | in_bounds());
         }

@@ -125,7 +125,7 @@ impl<T: Scalar> Triangles<T> {
         through_glass: bool,
         mut on_hit: impl FnMut(R, &TriangleHit<R>),
     ) {
-        let zero = R::splat(0.0);
+        let (zero, all) = (R::splat(0.0), R::Mask::splat(true));
         // Triangles without area are not hit.
         let (mut ids, mut edges, mut depths) = (zero, [zero; 3], [zero; 3]);
         let (mut taken, mut first) = (0, 0);
@@ -134,7 +134,7 @@ impl<T: Scalar> Triangles<T> {
             let ListedPrimitive { id, shape, .. } = &self.list[usize::from(index)];
             if taken & lanes != 0 {
                 let in_bounds = || self.in_bounds(projected, first..place);
-                on_hit(ids, &shear.hit_within(edges, depths, in_bounds));
+                on_hit(ids, &shear.hit_inside(all, edges, depths, in_bounds));
                 (edges, taken, first) = ([zero; 3], 0, place);
             }
             taken |= lanes;
@@ -155,7 +155,7 @@ impl<T: Scalar> Triangles<T> {
         }
         if taken != 0 {
             let in_bounds = || self.in_bounds(projected, first..count);
-            on_hit(ids, &shear.hit_within(edges, depths, in_bounds));
+            on_hit(ids, &shear.hit_inside(all, edges, depths, in_bounds));
         }
     }
 
