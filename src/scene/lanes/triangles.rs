@@ -25,8 +25,9 @@ pub(super) struct Triangle<T> {
     pub(super) edges: [u8; 3],
     /// -1 for edges stored in the opposite direction, else 1.
     pub(super) signs: [T; 3],
-    /// Whether each edge is stored in the opposite direction.
-    pub(super) reversed: [bool; 3],
+    /// Rotation of the side masks of each edge: half a word for edges stored in the opposite
+    /// direction, else 0.
+    pub(super) rotations: [u8; 3],
 }
 
 /// Triangles of a small scene with shared vertices and edges.
@@ -45,15 +46,17 @@ pub(super) struct ProjectedScene<R, const N: usize> {
     /// Bits of the lanes that have each vertex behind them, and `N` bits higher those for which it
     /// is too far.
     pub(super) out_of_range: [u32; MAX_INDICES],
-    /// Bits of the lanes that pass each edge on its negative side, and `N` bits higher those on its
-    /// positive side; then both for the opposite direction of the edge.
-    pub(super) side_masks: [[u32; 2]; MAX_INDICES],
+    /// Bits of the lanes that pass each edge on its negative side, and half a word higher those on
+    /// its positive side.
+    pub(super) side_masks: [u32; MAX_INDICES],
     /// Triangles that rays may hit, with bits of these lanes; one entry more than needed.
     pub(super) candidates: [(u8, u32); MAX_PRIMITIVES + 1],
 }
 
 /// Number of vertices or edges that 8 bits can index; [`MAX_PRIMITIVES`] triangles have fewer.
 pub(super) const MAX_INDICES: usize = 256;
+/// Half the bits of a side mask, at least one for each lane.
+const HALF_WORD: u32 = u32::BITS / 2;
 
 impl<T: Scalar> Triangles<T> {
     pub(super) fn add(&mut self, corners: [DVec3; 3], id: T, is_glass: bool) {
@@ -63,11 +66,12 @@ impl<T: Scalar> Triangles<T> {
         let edges = ends.map(|[from, to]| index_of(&mut self.edges, [from.min(to), from.max(to)]));
         let reversed = ends.map(|[from, to]| from > to);
         let signs = reversed.map(|turned| T::rounded(if turned { -1.0 } else { 1.0 }));
+        let rotations = reversed.map(|turned| if turned { HALF_WORD as u8 } else { 0 });
         let shape = Triangle {
             vertices: [a, b, c],
             edges,
             signs,
-            reversed,
+            rotations,
         };
         self.list.push(ListedPrimitive {
             id,
@@ -85,7 +89,6 @@ impl<T: Scalar> Triangles<T> {
         projected: &mut ProjectedScene<R, N>,
     ) {
         let zero = R::splat(0.0);
-        let pair = |first: R::Mask, second: R::Mask| first.bits() | second.bits() << N;
         // The distance of a hit is a weighted mean of its vertices' distances, up to rounding.
         let limit = limit.map(|limit| limit * R::by_precision(1.0 + 1e-9, 1.0 + 1e-5));
         for ((vertex, projected), out_of_range) in self
@@ -109,8 +112,7 @@ impl<T: Scalar> Triangles<T> {
             .zip(&mut projected.side_masks)
         {
             *value = edge(&vertices[usize::from(a)], &vertices[usize::from(b)]);
-            let [negative, positive] = [value.cmplt(zero), value.cmpgt(zero)];
-            *side_masks = [pair(negative, positive), pair(positive, negative)];
+            *side_masks = value.cmplt(zero).bits() | value.cmpgt(zero).bits() << HALF_WORD;
         }
     }
 
@@ -211,7 +213,7 @@ impl<R: Real, const N: usize> ProjectedScene<R, N> {
             vertices: boxed([zero; 3]),
             edges: boxed(zero),
             out_of_range: [0; MAX_INDICES],
-            side_masks: [[0; 2]; MAX_INDICES],
+            side_masks: [0; MAX_INDICES],
             candidates: [(0, 0); MAX_PRIMITIVES + 1],
         }
     }
@@ -220,14 +222,15 @@ impl<R: Real, const N: usize> ProjectedScene<R, N> {
     #[inline]
     pub(super) fn misses<T>(&self, triangle: &Triangle<T>) -> u32 {
         let side = |k: usize| {
-            self.side_masks[usize::from(triangle.edges[k])][usize::from(triangle.reversed[k])]
+            let masks = self.side_masks[usize::from(triangle.edges[k])];
+            masks.rotate_left(triangle.rotations[k].into())
         };
         let [a, b, c] = [side(0), side(1), side(2)];
         let [x, y, z] = triangle
             .vertices
             .map(|vertex| self.out_of_range[usize::from(vertex)]);
         let (side_masks, out_of_range) = (a | b | c, x & y & z);
-        (side_masks & side_masks >> N) | out_of_range | out_of_range >> N
+        (side_masks & side_masks >> HALF_WORD) | out_of_range | out_of_range >> N
     }
 }
 
