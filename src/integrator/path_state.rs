@@ -9,7 +9,7 @@ use super::interaction::SurfaceInteraction;
 use super::{PathParts, SpecularChains, TransportRules};
 use crate::geometry::shape::Ray;
 use crate::math::real::{Mask, Vector};
-use crate::math::simd::{Wide, lanes_of};
+use crate::math::simd::{Scalar as _, Wide, lanes_of};
 use crate::sampling::lanes::LaneSampler;
 use crate::scene::Scene;
 use crate::scene::lanes::{IntersectionScratch, LaneScene};
@@ -157,7 +157,6 @@ impl<R: Wide<N>, const N: usize> PathState<R, N> {
     }
 
     /// Pushes a branch that leaves the surfaces for the paths of these lanes.
-    #[cold]
     #[inline(never)]
     pub fn push_branch(
         &mut self,
@@ -190,31 +189,32 @@ impl<R: Wide<N>, const N: usize> PathState<R, N> {
     }
 
     /// Pops a branch in each of these lanes.
-    #[cold]
     #[inline(never)]
     fn pop(&mut self, popped: u32) {
-        // The state of each lane, of the branch or as it was.
-        let states: [Branch; N] = from_fn(|i| {
-            let pending = &mut self.branches[i];
-            let branch = if popped >> i & 1 == 1 {
-                pending.pop()
-            } else {
-                None
+        let vectors = [self.ray.origin, self.ray.direction, self.throughput];
+        let mut lanes = vectors.map(|vector| vector.components().map(R::lanes));
+        let mut light_sampled = self.light_sampled.bits();
+        for lane in lanes_of(popped) {
+            let Some(branch) = self.branches[lane].pop() else {
+                continue;
             };
-            branch.unwrap_or_else(|| Branch {
-                ray: self.ray.lane(i),
-                throughput: self.throughput.lane(i),
-                light_sampled: self.light_sampled.lane(i),
-                hits: self.hits[i],
-            })
-        });
-        self.has_branches = lanes_of(self.has_branches)
-            .filter(|&i| !self.branches[i].is_empty())
-            .fold(0, |bits, i| bits | 1 << i);
-        self.ray = Ray::from_fn(|i| states[i].ray);
-        self.throughput = R::Vector::from_fn(|i| states[i].throughput);
-        self.light_sampled = R::Mask::from_fn(|i| states[i].light_sampled);
-        self.hits = states.each_ref().map(|state| state.hits);
+            let vectors = [branch.ray.origin, branch.ray.direction, branch.throughput];
+            for (components, vector) in lanes.iter_mut().zip(vectors) {
+                for (component, value) in components.iter_mut().zip(vector.to_array()) {
+                    component[lane] = R::Scalar::rounded(value);
+                }
+            }
+            light_sampled = light_sampled & !(1 << lane) | u32::from(branch.light_sampled) << lane;
+            self.hits[lane] = branch.hits;
+            if self.branches[lane].is_empty() {
+                self.has_branches &= !(1 << lane);
+            }
+        }
+        let vector = |components: [_; 3]| R::Vector::of(components.map(R::from_array));
+        let [origin, direction, throughput] = lanes.map(vector);
+        self.ray = Ray::new(origin, direction);
+        self.throughput = throughput;
+        self.light_sampled = R::Mask::from_bits(light_sampled);
     }
 
     /// Continues the paths of these lanes from surfaces, with this throughput.
