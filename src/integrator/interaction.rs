@@ -188,7 +188,7 @@ impl<R: Wide<N>, const N: usize> ShadingPoint<R> for SurfaceInteraction<'_, R, N
 
 impl<'a, R: Wide<N>, const N: usize> SurfaceInteraction<'a, R, N> {
     /// Computes the surface interactions of hits; the scene has at least one primitive.
-    #[inline]
+    #[inline(always)]
     pub fn new(lanes: LaneScene<'a, R, N>, ray: &Ray<R::Vector>, found: &PacketHit<R, N>) -> Self {
         let primitives = map_array(found.primitive, |primitive| lanes.primitive(primitive));
         let [

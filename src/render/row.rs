@@ -302,6 +302,7 @@ impl<R: Wide<N>, const N: usize> RowRenderer<'_, R, N> {
     }
 
     /// Generates the camera rays of samples that start in the lanes of the mask.
+    #[inline(always)]
     fn camera_rays<S: PixelSampler<R>>(
         &self,
         corner: [u32; 2],
