@@ -83,7 +83,7 @@ impl<R: Real> LightSample<R> {
 }
 
 /// Traces one shadow ray from each active lane to a point picked on an emitter.
-#[inline]
+#[inline(always)]
 pub(super) fn sample_light<
     P: PathParts + ?Sized,
     X: ShadingPoint<R>,

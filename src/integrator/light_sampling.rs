@@ -25,7 +25,7 @@ pub(crate) struct LightNumbers<R> {
 
 impl<R: Real> LightNumbers<R> {
     /// Draws the numbers in the lanes of the mask; all are 0 in a scene without emitters.
-    #[inline]
+    #[inline(always)]
     pub fn new<S: LaneSampler<R>>(scene: &Scene, active: R::Mask, random: &mut S) -> Self {
         let (mut pick, mut point) = (R::splat(0.0), [R::splat(0.0); 2]);
         if active.any() && !scene.emitters().is_empty() {
