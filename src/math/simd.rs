@@ -220,9 +220,9 @@ macro_rules! lanes {
             }
             #[inline]
             fn from_bits(bits: u32) -> Self {
-                // Numbers in [1, 2), of which each lane compares its bit.
+                // Numbers in [1, 2), of which each lane compares its own bit.
                 const ONE: $bits = (1.0 as $scalar).to_bits();
-                const LANES: $wide = {
+                const OWN_BITS: $wide = {
                     let (mut lanes, mut i) = ([0.0; $count], 0);
                     while i < $count {
                         lanes[i] = <$scalar>::from_bits(ONE | 1 << i);
@@ -231,7 +231,7 @@ macro_rules! lanes {
                     <$wide>::new(lanes)
                 };
                 let all = <$wide>::splat(<$scalar>::from_bits(ONE | <$bits>::from(bits)));
-                Self((all & LANES).simd_eq(LANES))
+                Self((all & OWN_BITS).simd_eq(OWN_BITS))
             }
         }
 
