@@ -77,8 +77,8 @@ impl KdTree {
         self.length == 0
     }
 
-    /// Finds every point p that has ‖p − centre‖² ≤ `radius_squared`. Visits the chunks of
-    /// [`LANES`] points in which there are some, in the tree's order, with a bit for each of them.
+    /// Finds every point p that has ‖p − centre‖² ≤ `radius_squared`. Calls `visit`, in the tree's
+    /// order, with the number of each chunk of [`LANES`] points that has some, and a bit for each.
     #[inline]
     pub fn within(&self, centre: DVec3, radius_squared: f64, mut visit: impl FnMut(usize, u32)) {
         self.walk(0..self.len(), centre, radius_squared, &mut visit);
