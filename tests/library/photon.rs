@@ -167,21 +167,17 @@ fn a_map_that_would_not_fit_memory_is_refused_before_it_is_made() {
     );
 }
 
-/// Lookups for a whole tile return those of each sample alone, in any order.
+/// Lookups for a whole tile return those of each sample alone, in any order, and those by parts that
+/// are asked about each photon.
 #[test]
 fn photons_are_looked_up_for_many_samples_as_for_one() {
     let scene = report_room();
     let gather = final_gather(500, 0.2);
     for lookup in [Lookup::DirectVisualization, gather] {
-        let photons = PhotonMapping::new(
-            Parts::default(),
-            &scene,
-            lookup,
-            4000,
-            0.2,
-            ImagePass::independent(master(), 0),
-        )
-        .expect("a map");
+        let [photons, asked] = [Parts::default(), Parts::replaced(&ScalarParts)].map(|parts| {
+            let pass = ImagePass::independent(master(), 0);
+            PhotonMapping::new(parts, &scene, lookup, 4000, 0.2, pass).expect("a map")
+        });
         let samples = || {
             (0..400).map(|i| {
                 let ray =
@@ -198,7 +194,9 @@ fn photons_are_looked_up_for_many_samples_as_for_one() {
         let alone = samples()
             .map(|Sample { ray, hit, mut rng }| photons.radiance(&scene, &ray, hit, &mut rng));
         let alone: Vec<DVec3> = alone.collect();
-        assert_eq!(photons.radiances(&scene, &mut samples()), alone);
+        for photons in [&photons, &asked] {
+            assert_eq!(photons.radiances(&scene, &mut samples()), alone);
+        }
         assert!(
             alone
                 .iter()
