@@ -1,6 +1,7 @@
 //! State of the paths in all lanes, and the interface of estimators that advance them.
 //!
-//! What every hit calls is always inlined: a call would hand its wide numbers over through memory.
+//! Functions that every hit calls are always inlined: a call would hand their wide numbers over
+//! through memory.
 
 use std::array::from_fn;
 
