@@ -1,14 +1,20 @@
-//! Walls that cast no shadow: triangles in the surface of a scene's convex hull. Nothing lies
-//! behind them, so none of them is between two points within the hull.
+//! Walls that cast no shadow: triangles in the surface of the convex hull of a scene's largest
+//! primitives. None of them lies between two points within the hull.
 
 use glam::DVec3;
 
-use super::bvh::{Bvh, Primitive};
+use super::bvh::Primitive;
 use super::offsets::OFFSET;
 use crate::math::real::{Mask as _, MaskOf, Real, Vector};
 
 /// Maximum number of primitives of a small scene; in larger ones the hierarchy is as fast.
 pub(crate) const MAX_PRIMITIVES: usize = 64;
+/// Largest opening between the walls, relative to their area, in scenes that are not small: a room
+/// that lacks one of six walls is faster with its hull, a scene with nothing but a ground slower.
+const MAX_OPENING: f64 = 0.25;
+/// Maximum number of walls in scenes that are not small: if there are more, they are likely divided
+/// so finely that most of their triangles are not among the largest.
+const MAX_WALLS: usize = MAX_PRIMITIVES / 2;
 /// Maximum number of slabs; testing points against more costs more than it saves.
 const MAX_SLABS: usize = 8;
 
@@ -16,15 +22,14 @@ const MAX_SLABS: usize = 8;
 /// precision: 2⁻²², four rounding errors.
 const SINGLE_MARGIN: f64 = 1.0 / 4_194_304.0;
 
-/// Convex hull of a scene, as far as walls form its surface.
+/// Convex hull of the [`MAX_PRIMITIVES`] largest primitives of a scene, as far as walls form its
+/// surface. In larger scenes other primitives may lie outside.
 #[derive(Debug)]
 pub(crate) struct Hull {
     /// Slabs whose intersection contains the hull.
     pub slabs: Vec<Slab>,
     /// Whether each primitive is a wall.
     pub is_wall: Vec<bool>,
-    /// Hierarchy of all other primitives.
-    pub within: Bvh,
 }
 
 /// The space between two parallel planes, n · p < `ends[0]` and −n · p < `ends[1]`; an end without
@@ -40,45 +45,42 @@ pub(crate) struct Slab {
 }
 
 impl Hull {
-    /// Finds the hull of a small scene with walls, whose rays leave surfaces from this height above
-    /// them.
+    /// Finds the hull of a scene with walls, whose rays leave surfaces from this height above them.
     pub fn new(primitives: &[Primitive], offset: f64) -> Option<Self> {
-        if primitives.len() > MAX_PRIMITIVES {
-            return None;
-        }
+        let largest = largest(primitives);
         let mut slabs: Vec<Slab> = Vec::new();
-        let is_wall: Vec<bool> = primitives
-            .iter()
-            .map(|primitive| {
-                let Primitive::Triangle([a, b, c]) = *primitive else {
-                    return false;
-                };
-                if slabs
-                    .iter_mut()
-                    .any(|slab| slab.try_close([a, b, c], primitives))
-                {
-                    return true;
-                }
+        let mut is_wall = vec![false; primitives.len()];
+        // Twice the area of the walls, and of their opening: area vectors of a closed surface cancel.
+        let (mut area, mut opening) = (0.0, DVec3::ZERO);
+        for &(id, primitive) in &largest {
+            let Primitive::Triangle(corners) = primitive else {
+                continue;
+            };
+            let close = |slab: &mut Slab| slab.try_close(corners, &largest);
+            let [a, b, c] = corners;
+            let normal = (b - a).cross(c - a);
+            let outward = slabs.iter_mut().find_map(close).or_else(|| {
                 let mut slab = Slab {
-                    normal: (b - a).cross(c - a).normalize_or_zero(),
+                    normal: normal.normalize_or_zero(),
                     ends: [f64::INFINITY; 2],
                     inner_ends: [f64::INFINITY; 2],
                     inner_ends_single: [f64::INFINITY; 2],
                     offset,
                 };
-                let is_wall = slab.try_close([a, b, c], primitives);
-                if is_wall {
-                    slabs.push(slab);
-                }
-                is_wall
-            })
-            .collect();
-        let within = Bvh::over_subset(primitives, |id| !is_wall[id as usize]);
-        (1..=MAX_SLABS).contains(&slabs.len()).then_some(Self {
-            slabs,
-            is_wall,
-            within,
-        })
+                let outward = close(&mut slab)?;
+                slabs.push(slab);
+                Some(outward)
+            });
+            if let Some(outward) = outward {
+                is_wall[id] = true;
+                area += normal.length();
+                opening += normal.length() * outward;
+            }
+        }
+        let walls = is_wall.iter().filter(|is_wall| **is_wall).count();
+        let is_small = primitives.len() <= MAX_PRIMITIVES;
+        let is_useful = is_small || walls <= MAX_WALLS && opening.length() <= MAX_OPENING * area;
+        ((1..=MAX_SLABS).contains(&slabs.len()) && is_useful).then_some(Self { slabs, is_wall })
     }
 
     /// Returns whether both points are within, at least some rounding errors away from the walls.
@@ -121,27 +123,48 @@ impl Slab {
             .all(|point| normal.dot(*point) >= self.ends[side] - self.tolerance())
     }
 
-    /// Returns whether a triangle lies in one of the planes, which then bounds the slab: the whole
-    /// scene lies on its inner side.
-    fn try_close(&mut self, corners: [DVec3; 3], primitives: &[Primitive]) -> bool {
-        [0, 1].into_iter().any(|side| {
+    /// Returns the outward normal of the plane in which a triangle lies, if this is one of the two
+    /// planes. It then bounds the slab: all these primitives lie on its inner side.
+    fn try_close(
+        &mut self,
+        corners: [DVec3; 3],
+        primitives: &[(usize, Primitive)],
+    ) -> Option<DVec3> {
+        [0, 1].into_iter().find_map(|side| {
             let normal = self.outward(side);
             let farthest = primitives
                 .iter()
-                .map(|primitive| max_height(primitive, normal))
+                .map(|(_, primitive)| max_height(primitive, normal))
                 .fold(f64::NEG_INFINITY, f64::max);
             let open = std::mem::replace(&mut self.ends[side], farthest);
-            let lies = self.contains_on_plane(side, &corners);
-            if lies {
-                let single = self.offset * (SINGLE_MARGIN / OFFSET);
-                self.inner_ends[side] = farthest - self.offset / 4.0;
-                self.inner_ends_single[side] = f64::from(farthest as f32 - single as f32);
-            } else {
+            if !self.contains_on_plane(side, &corners) {
                 self.ends[side] = open;
+                return None;
             }
-            lies
+            let single = self.offset * (SINGLE_MARGIN / OFFSET);
+            self.inner_ends[side] = farthest - self.offset / 4.0;
+            self.inner_ends_single[side] = f64::from(farthest as f32 - single as f32);
+            Some(normal)
         })
     }
+}
+
+/// Returns the [`MAX_PRIMITIVES`] largest triangles, or all primitives of a small scene, in the order
+/// of the list with their indices.
+fn largest(primitives: &[Primitive]) -> Vec<(usize, Primitive)> {
+    let area = |id: usize| match primitives[id] {
+        Primitive::Triangle([a, b, c]) => (b - a).cross(c - a).length(),
+        Primitive::Sphere(_) => f64::NEG_INFINITY,
+    };
+    let mut largest: Vec<usize> = (0..primitives.len()).collect();
+    if largest.len() > MAX_PRIMITIVES {
+        largest.select_nth_unstable_by(MAX_PRIMITIVES, |&a, &b| {
+            area(b).total_cmp(&area(a)).then(a.cmp(&b))
+        });
+        largest.truncate(MAX_PRIMITIVES);
+        largest.sort_unstable();
+    }
+    largest.into_iter().map(|id| (id, primitives[id])).collect()
 }
 
 /// Returns the largest n · p over a primitive's points.

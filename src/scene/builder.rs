@@ -243,7 +243,8 @@ impl SceneBuilder {
             ));
         }
         let offset = extent * OFFSET;
-        let mut bvh = Bvh::new(&geometry);
+        let mut hull = Hull::new(&geometry, offset);
+        let mut bvh = hierarchy(&geometry, hull.as_ref());
         let shapes = Shapes {
             primitives: &self.primitives,
             surfaces: &self.surfaces,
@@ -268,14 +269,15 @@ impl SceneBuilder {
                 .for_each(|(index, _)| stays[*index] = false);
             retain(&mut self.primitives, &stays);
             retain(&mut geometry, &stays);
-            bvh = Bvh::new(&geometry);
+            hull = Hull::new(&geometry, offset);
+            bvh = hierarchy(&geometry, hull.as_ref());
         }
         Ok(Scene {
             bvh,
             redundant_faces,
             surface_names: self.surface_names,
             smallest_detail: smallest_detail(&self.primitives, &self.vertices),
-            hull: Hull::new(&geometry, offset),
+            hull,
             specular_casters: SpecularCasters::new(&self.primitives, &self.surfaces, |corners| {
                 corners.map(|v| self.vertices[v as usize])
             }),
@@ -338,6 +340,14 @@ impl SceneBuilder {
             }
         }
         Ok(())
+    }
+}
+
+/// Builds the hierarchy over the primitives of a scene with this hull.
+fn hierarchy(primitives: &[Primitive], hull: Option<&Hull>) -> Bvh {
+    match hull {
+        Some(hull) => Bvh::with_walls(primitives, |id| hull.is_wall[id as usize]),
+        None => Bvh::new(primitives),
     }
 }
 

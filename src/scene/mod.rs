@@ -25,7 +25,7 @@ use detail::longest_edge;
 
 use crate::camera::Camera;
 use crate::error::Error;
-use crate::geometry::bvh::{Bvh, PrimitiveHit};
+use crate::geometry::bvh::{Bvh, Part, PrimitiveHit};
 use crate::geometry::hull::Hull;
 use crate::geometry::offsets::{
     EDGE_MARGIN, OFFSET, RayOrigin, SINGLE_EDGE_MARGIN, SINGLE_LARGEST_MARGIN, SINGLE_LEAST_OFFSET,
@@ -431,14 +431,15 @@ impl Scene {
 
     /// Returns whether nothing lies on a segment up to t = 1.
     pub(crate) fn is_unoccluded(&self, segment: &Ray, through_glass: bool) -> bool {
-        let bvh = match &self.hull {
-            Some(hull) if hull.contains(segment.origin, segment.at(1.0)) => &hull.within,
-            _ => &self.bvh,
+        let part = match &self.hull {
+            Some(hull) if hull.contains(segment.origin, segment.at(1.0)) => Part::WithoutWalls,
+            _ => Part::All,
         };
+        let (bvh, all) = (&self.bvh, |_| true);
         if through_glass {
-            !bvh.occluded(segment, 1.0, |primitive| !self.is_glass(primitive))
+            !bvh.occluded_by(part, segment, 1.0, |primitive| !self.is_glass(primitive))
         } else {
-            !bvh.occluded(segment, 1.0, |_| true)
+            !bvh.occluded_by(part, segment, 1.0, all)
         }
     }
 }

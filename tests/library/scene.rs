@@ -265,6 +265,12 @@ fn walls_change_no_shadow() {
             let corners = [(); 3].map(|()| place(in_cube(&mut rng, reach)));
             s.mesh(&corners, &[[0, 1, 2]], clear);
             s.sphere(Sphere::new(place(in_cube(&mut rng, 0.5)), 0.3), white);
+            if case % 2 == 1 {
+                // So many triangles that the scene is not small.
+                let at = in_cube(&mut rng, 0.7);
+                let globe = Mesh::globe(6, 8).map(|v| place(at + 0.2 * v));
+                s.mesh(&globe.vertices, &globe.triangles, white);
+            }
         });
         let clear: Vec<bool> = scene
             .primitives()

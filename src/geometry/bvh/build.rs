@@ -92,34 +92,64 @@ impl Bounds {
 impl Bvh {
     /// Builds the hierarchy.
     pub fn new(primitives: &[Primitive]) -> Self {
-        Self::over_subset(primitives, |_| true)
+        Self::with_walls(primitives, |_| false)
     }
 
-    /// Builds the hierarchy over the primitives for which `takes` holds; all keep their indices in
-    /// the list.
-    pub(crate) fn over_subset(primitives: &[Primitive], takes: impl Fn(u32) -> bool) -> Self {
-        let mut items = items(primitives, takes);
+    /// Builds the hierarchy so that rays can [skip the walls](Part::WithoutWalls), the primitives
+    /// whose indices `is_wall` accepts.
+    pub(crate) fn with_walls(primitives: &[Primitive], is_wall: impl Fn(u32) -> bool) -> Self {
+        let (mut walls, mut others): (Vec<Item>, Vec<Item>) = items(primitives)
+            .into_iter()
+            .partition(|item| is_wall(item.id));
         let mut bvh = Self {
             nodes: Vec::new(),
             leaves: Vec::new(),
             spheres: Vec::new(),
+            without_walls: 0,
         };
-        if !items.is_empty() {
-            let mut binary = vec![BinaryNode::UNSET; 2 * items.len() - 1];
-            build_binary(&mut items, &mut binary, 0);
-            let tree = Tree {
-                nodes: &binary,
-                items: &items,
-                primitives,
-            };
-            let root = Place { node: 0, item: 0 };
-            if binary[0].left_children[0] == 0 {
-                bvh.add_node(&tree, &[root]);
-            } else {
-                bvh.add_wide(&tree, root);
+        if walls.is_empty() {
+            bvh.add_part(&mut others, primitives, 0);
+            return bvh;
+        }
+        // The root has the walls below one child, and all others below another.
+        bvh.nodes.push(Node::EMPTY);
+        let mut root = Node::EMPTY;
+        for items in [&mut walls, &mut others] {
+            bvh.without_walls = bvh.nodes.len() as u32;
+            match bvh.add_part(items, primitives, 1) {
+                Some(bounds) => root.push(bounds, bvh.without_walls * 2),
+                None => bvh.nodes.push(Node::EMPTY),
             }
         }
+        bvh.nodes[0] = root;
         bvh
+    }
+
+    /// Adds a tree of these items at a depth, if there are any, and returns their bounds. Its root
+    /// is the first of the nodes that it adds.
+    fn add_part(
+        &mut self,
+        items: &mut [Item],
+        primitives: &[Primitive],
+        depth: u32,
+    ) -> Option<Bounds> {
+        if items.is_empty() {
+            return None;
+        }
+        let mut binary = vec![BinaryNode::UNSET; 2 * items.len() - 1];
+        build_binary(items, &mut binary, depth);
+        let tree = Tree {
+            nodes: &binary,
+            items,
+            primitives,
+        };
+        let root = Place { node: 0, item: 0 };
+        if binary[0].left_children[0] == 0 {
+            self.add_node(&tree, &[root]);
+        } else {
+            self.add_wide(&tree, root);
+        }
+        Some(binary[0].bounds)
     }
 
     /// Adds the wide node of a binary one and all below; returns its index.
@@ -134,27 +164,20 @@ impl Bvh {
 
     fn add_node(&mut self, tree: &Tree, children: &[Place]) -> u32 {
         let index = self.nodes.len();
-        let mut node = Node {
-            planes: [[[0.0; WIDTH]; 2]; 3],
-            children: [0; WIDTH],
-            child_count: children.len(),
-        };
+        let mut node = Node::EMPTY;
         self.nodes.push(node);
-        for (slot, &child) in children.iter().enumerate() {
+        for &child in children {
             let BinaryNode {
                 bounds,
                 left_children,
                 ..
             } = *tree.node(child);
-            for axis in 0..3 {
-                node.planes[axis][0][slot] = bounds.low[axis];
-                node.planes[axis][1][slot] = bounds.high[axis];
-            }
-            node.children[slot] = if left_children[0] == 0 {
+            let below = if left_children[0] == 0 {
                 self.add_leaf(tree.items_of(child), tree.primitives) * 2 + 1
             } else {
                 self.add_wide(tree, child) * 2
             };
+            node.push(bounds, below);
         }
         self.nodes[index] = node;
         index as u32
@@ -181,19 +204,39 @@ impl Bvh {
     }
 }
 
-/// Lists the primitives for which `takes` holds, each with its bounds.
-fn items(primitives: &[Primitive], takes: impl Fn(u32) -> bool) -> Vec<Item> {
+impl Node {
+    const EMPTY: Self = Self {
+        planes: [[[0.0; WIDTH]; 2]; 3],
+        children: [0; WIDTH],
+        child_count: 0,
+    };
+
+    /// Adds a child.
+    fn push(&mut self, bounds: Bounds, child: u32) {
+        let slot = self.child_count;
+        for axis in 0..3 {
+            self.planes[axis][0][slot] = bounds.low[axis];
+            self.planes[axis][1][slot] = bounds.high[axis];
+        }
+        self.children[slot] = child;
+        self.child_count += 1;
+    }
+}
+
+/// Lists the primitives, each with its bounds.
+fn items(primitives: &[Primitive]) -> Vec<Item> {
     let bounds = |primitive: &Primitive| match *primitive {
         Primitive::Triangle([a, b, c]) => [a.min(b).min(c), a.max(b).max(c)],
         Primitive::Sphere(sphere) => [sphere.centre - sphere.radius, sphere.centre + sphere.radius],
     };
-    let taken = || primitives.iter().zip(0..).filter(|&(_, id)| takes(id));
-    let largest = taken().fold(0.0, |largest: f64, (primitive, _)| {
+    let largest = primitives.iter().fold(0.0, |largest: f64, primitive| {
         let [low, high] = bounds(primitive);
         largest.max(low.abs().max(high.abs()).max_element())
     });
     let drift = BOX_MARGIN * largest;
-    taken()
+    primitives
+        .iter()
+        .zip(0..)
         .map(|(primitive, id)| {
             let [low, high] = bounds(primitive);
             let bounds = Bounds::rounded(low - drift, high + drift);

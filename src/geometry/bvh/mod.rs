@@ -113,6 +113,17 @@ pub struct Bvh {
     leaves: Vec<Leaf>,
     /// Spheres in the order of the leaves, each with its index in the original list.
     spheres: Vec<(u32, Sphere)>,
+    /// Index of the node above all primitives but the walls.
+    without_walls: u32,
+}
+
+/// Part of a hierarchy that rays traverse.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Part {
+    /// All primitives.
+    All,
+    /// All primitives but the walls that the hierarchy was built with.
+    WithoutWalls,
 }
 
 impl Leaf {
@@ -128,13 +139,20 @@ impl Leaf {
 impl Bvh {
     /// Returns the nearest hit with 0 < t < `t_max`.
     pub fn closest(&self, ray: &Ray, t_max: f64) -> Option<PrimitiveHit> {
-        let shear = Shear::new(ray).splat();
-        let mut nearest = PrimitiveHit {
+        let none = PrimitiveHit {
             primitive: 0,
             t: t_max,
             weights: [0.0; 3],
         };
-        self.traverse::<true>(ray, t_max, |leaf| {
+        let nearest = self.nearest_with(Part::All, ray, none);
+        (nearest.t < t_max).then_some(nearest)
+    }
+
+    /// Returns the nearest hit on a part, or a known hit on another primitive if that comes first.
+    pub(crate) fn nearest_with(&self, part: Part, ray: &Ray, known: PrimitiveHit) -> PrimitiveHit {
+        let shear = Shear::new(ray).splat();
+        let mut nearest = known;
+        self.traverse::<true>(part, ray, known.t, |leaf| {
             if leaf.triangle_count > 0 {
                 let hit = leaf.hit(&shear);
                 let mut near = (!hit.t.cmpgt(Four::splat(nearest.t))
@@ -156,15 +174,27 @@ impl Bvh {
             }
             Some(nearest.t)
         });
-        (nearest.t < t_max).then_some(nearest)
+        nearest
     }
 
     /// Returns whether any primitive for which `blocks` holds is hit with 0 < t < `t_max`.
     #[inline]
     pub fn occluded(&self, ray: &Ray, t_max: f64, blocks: impl Fn(u32) -> bool) -> bool {
+        self.occluded_by(Part::All, ray, t_max, blocks)
+    }
+
+    /// Returns whether any primitive of a part for which `blocks` holds is hit with 0 < t < `t_max`.
+    #[inline]
+    pub(crate) fn occluded_by(
+        &self,
+        part: Part,
+        ray: &Ray,
+        t_max: f64,
+        blocks: impl Fn(u32) -> bool,
+    ) -> bool {
         let shear = Shear::new(ray).splat();
         let mut occluded = false;
-        self.traverse::<false>(ray, t_max, |leaf| {
+        self.traverse::<false>(part, ray, t_max, |leaf| {
             if leaf.triangle_count > 0 {
                 let hits = leaf.hit(&shear).t.cmplt(Four::splat(t_max)).bits();
                 occluded = hits != 0
@@ -217,28 +247,39 @@ impl Bvh {
         &self.spheres[first as usize..][..count as usize]
     }
 
-    /// Calls `leaf` for the leaves that the ray may meet, near ones first if `SORTED`. It returns
-    /// the distance beyond which hits no longer matter, or `None` to stop.
+    /// Returns the index of the node above the primitives of a part; `None` if there are none.
+    #[inline]
+    fn root(&self, part: Part) -> Option<u32> {
+        let root = match part {
+            Part::All => 0,
+            Part::WithoutWalls => self.without_walls,
+        };
+        (!self.nodes.is_empty()).then_some(root)
+    }
+
+    /// Calls `leaf` for the leaves of a part that the ray may meet, near ones first if `SORTED`. It
+    /// returns the distance beyond which hits no longer matter, or `None` to stop.
     #[inline]
     fn traverse<const SORTED: bool>(
         &self,
+        part: Part,
         ray: &Ray,
         t_max: f64,
         mut leaf: impl FnMut(&Leaf) -> Option<f64>,
     ) {
-        // With a single leaf, testing boxes saves nothing.
-        if let [all] = &self.leaves[..] {
-            leaf(all);
+        let Some(root) = self.root(part) else {
             return;
-        }
-        if self.nodes.is_empty() {
+        };
+        // With a single leaf, testing boxes saves nothing.
+        if let ([all], 0) = (&self.leaves[..], self.without_walls) {
+            leaf(all);
             return;
         }
         let slabs = Slabs::new(ray);
         let mut limit = rounded_up(t_max as f32);
         // Not an array, which would be filled for every ray.
         let mut waiting = ArrayVec::<Waiting, STACK_SIZE>::new();
-        let mut child = 0;
+        let mut child = root * 2;
         loop {
             let place = (child / 2) as usize;
             if child % 2 == 1 {

@@ -7,13 +7,13 @@
 use std::array::from_fn;
 
 use super::{
-    Bvh, LEAST_DIRECTION, Leaf, Node, ORIGIN_MARGIN, SLAB_MARGIN, STACK_SIZE, rounded_up,
-    sphere_hit,
+    Bvh, LEAST_DIRECTION, Leaf, Node, ORIGIN_MARGIN, Part, PrimitiveHit, SLAB_MARGIN, STACK_SIZE,
+    rounded_up, sphere_hit,
 };
 use crate::geometry::shape::Ray;
 use crate::geometry::watertight::{LaneShear, Shear, TriangleHit};
 use crate::math::real::{Mask, Real, Vector};
-use crate::math::simd::{LANES, Lanes, Scalar, Wide};
+use crate::math::simd::{LANES, Lanes, Scalar, Wide, map_array};
 
 /// Nearest hits of several rays.
 #[derive(Clone, Copy, Debug)]
@@ -74,6 +74,21 @@ impl<R: Real> Nearest<R> {
         self.weights = from_fn(|i| R::select(nearer, hit.weights[i], self.weights[i]));
     }
 
+    /// Returns the hit of each lane; t is infinite in lanes without one.
+    #[inline]
+    pub fn hits<const N: usize>(&self) -> [PrimitiveHit; N]
+    where
+        R: Wide<N>,
+    {
+        let (primitives, t) = (self.primitive.to_u32(), self.t.lanes());
+        let weights = map_array(self.weights, R::lanes);
+        from_fn(|i| PrimitiveHit {
+            primitive: primitives[i],
+            t: t[i].into(),
+            weights: weights.map(|weight| weight[i].into()),
+        })
+    }
+
     /// Returns the hits of the `active` lanes.
     #[inline]
     pub fn of<const N: usize>(&self, active: R::Mask) -> PacketHit<R, N>
@@ -111,9 +126,24 @@ impl Bvh {
         active: R::Mask,
         stack: &mut PacketStack<N>,
     ) -> PacketHit<R, N> {
-        let shear = Shear::new(ray);
         let mut nearest = Nearest::new();
-        self.traverse_packet::<R, N>(ray, limits(active, nearest.t), stack, |leaf| {
+        self.nearest_of_packet(Part::All, ray, active, &mut nearest, stack);
+        nearest.of(active)
+    }
+
+    /// Takes the nearest hits of the `active` lanes on a part where they come before those known;
+    /// other lanes may take hits, too.
+    #[inline]
+    pub(crate) fn nearest_of_packet<R: Wide<N>, const N: usize>(
+        &self,
+        part: Part,
+        ray: &Ray<R::Vector>,
+        active: R::Mask,
+        nearest: &mut Nearest<R>,
+        stack: &mut PacketStack<N>,
+    ) {
+        let shear = Shear::new(ray);
+        self.traverse_packet::<R, N>(part, ray, limits(active, nearest.t), stack, |leaf| {
             for i in 0..leaf.triangle_count {
                 nearest.take_nearer(
                     R::splat(leaf.triangles[i].into()),
@@ -125,7 +155,6 @@ impl Bvh {
             }
             limits(active, nearest.t)
         });
-        nearest.of(active)
     }
 
     /// Returns [`occluded`](Self::occluded) up to t = 1 for each segment of the `active` lanes;
@@ -138,9 +167,22 @@ impl Bvh {
         blocks: impl Fn(u32) -> bool,
         stack: &mut PacketStack<N>,
     ) -> R::Mask {
+        self.occluded_of_packet_by::<R, N>(Part::All, segment, active, blocks, stack)
+    }
+
+    /// Returns the same for a part.
+    #[inline]
+    pub(crate) fn occluded_of_packet_by<R: Wide<N>, const N: usize>(
+        &self,
+        part: Part,
+        segment: &Ray<R::Vector>,
+        active: R::Mask,
+        blocks: impl Fn(u32) -> bool,
+        stack: &mut PacketStack<N>,
+    ) -> R::Mask {
         let (shear, one) = (Shear::new(segment), R::splat(1.0));
         let mut free = active;
-        self.traverse_packet::<R, N>(segment, limits(free, one), stack, |leaf| {
+        self.traverse_packet::<R, N>(part, segment, limits(free, one), stack, |leaf| {
             for i in (0..leaf.triangle_count).filter(|&i| blocks(leaf.triangles[i])) {
                 free = free & !leaf.hit_of_packet(i, &shear).t.cmplt(one);
             }
@@ -152,19 +194,21 @@ impl Bvh {
         active & !free
     }
 
-    /// Calls `leaf` for the leaves that any ray may meet, near ones first. It returns for each ray
-    /// the distance beyond which hits no longer matter.
+    /// Calls `leaf` for the leaves of a part that any ray may meet, near ones first. It returns for
+    /// each ray the distance beyond which hits no longer matter.
     #[inline]
     fn traverse_packet<R: Wide<N>, const N: usize>(
         &self,
+        part: Part,
         ray: &Ray<R::Vector>,
         mut limits: R::Single,
         stack: &mut PacketStack<N>,
         mut leaf: impl FnMut(&Leaf) -> R::Single,
     ) {
         let slabs = Slabs::<R::Single>::new::<R, N>(ray);
-        (stack.entered[0], stack.children[0]) = ([0.0; N], 0);
-        let mut stack_size = usize::from(!self.nodes.is_empty());
+        let root = self.root(part);
+        (stack.entered[0], stack.children[0]) = ([0.0; N], root.map_or(0, |root| root * 2));
+        let mut stack_size = usize::from(root.is_some());
         while stack_size > 0 {
             stack_size -= 1;
             let (near, child) = (stack.entered[stack_size], stack.children[stack_size]);

@@ -1,6 +1,6 @@
-//! Packet intersection: linear lists of primitives in small scenes, hull exit walls where the hull
-//! decides which triangle is hit, and otherwise traversal of the hierarchy, as a packet or ray by
-//! ray.
+//! Packet intersection: hull exit walls where the hull decides which of its triangles is hit, and
+//! for the rest linear lists of primitives in small scenes, and in others traversal of the
+//! hierarchy, as a packet or ray by ray.
 
 mod data;
 pub(crate) mod material;
@@ -14,13 +14,13 @@ use std::fmt;
 use glam::DVec3;
 
 use super::{PrimitiveShape, Scene, ScenePrimitive};
-use crate::geometry::bvh::{Nearest, PacketHit, PacketStack, PrimitiveHit, sphere_hit};
+use crate::geometry::bvh::{Nearest, PacketHit, PacketStack, Part, sphere_hit};
 use crate::geometry::hull::MAX_PRIMITIVES;
 use crate::geometry::offsets::{EDGE_MARGIN, RayOrigin};
 use crate::geometry::shape::{Ray, Sphere};
 use crate::geometry::watertight::Shear;
 use crate::math::real::{Mask, Real, Vector};
-use crate::math::simd::{Scalar, Wide, map_array};
+use crate::math::simd::{Scalar, Wide, lanes_of, map_array};
 use walls::HullWalls;
 
 pub(crate) use data::{CasterData, PrimitiveData};
@@ -33,14 +33,14 @@ use triangles::{ListedPrimitive, ProjectedScene, Triangles};
 pub(crate) struct SceneData<T> {
     /// Whether rays are tested against lists of all primitives, not through the hierarchy.
     is_small: bool,
-    // The next five are empty unless `is_small`.
+    // The next three are empty unless `is_small`.
     triangles: Triangles<T>,
     /// Triangles that are not walls of the hull.
     non_walls: Triangles<T>,
-    walls: Option<HullWalls<T>>,
-    /// Triangles that `walls` does not resolve.
-    unresolved: Triangles<T>,
     spheres: Vec<ListedPrimitive<T, Sphere>>,
+    walls: Option<HullWalls<T>>,
+    /// Triangles that `walls` does not resolve: all of a small scene, the walls of others.
+    unresolved: Triangles<T>,
     /// Data of the scene's primitives, in their order.
     primitives: Vec<PrimitiveData<T>>,
     /// Union of the kinds of all primitives.
@@ -76,14 +76,12 @@ impl<T: Scalar> SceneData<T> {
         let mut spheres = Vec::new();
         let is_small = scene.scene_primitives().len() <= MAX_PRIMITIVES;
         let walls = scene.hull().and_then(|hull| HullWalls::new(scene, hull));
-        for (id, primitive) in scene
-            .scene_primitives()
-            .iter()
-            .enumerate()
-            .take_while(|_| is_small)
-        {
-            let is_glass = scene.is_glass(id as u32);
+        for (id, primitive) in scene.scene_primitives().iter().enumerate() {
             let is_wall = scene.hull().is_some_and(|hull| hull.is_wall[id]);
+            if !is_small && !is_wall {
+                continue;
+            }
+            let is_glass = scene.is_glass(id as u32);
             let is_resolved = walls
                 .as_ref()
                 .is_some_and(|(_, is_resolved)| is_resolved[id]);
@@ -95,9 +93,11 @@ impl<T: Scalar> SceneData<T> {
                     shape,
                 }),
                 PrimitiveShape::Triangle { vertices, .. } => {
-                    triangles.add(scene.corners(vertices), id, is_glass);
-                    if !is_wall {
-                        non_walls.add(scene.corners(vertices), id, is_glass);
+                    if is_small {
+                        triangles.add(scene.corners(vertices), id, is_glass);
+                        if !is_wall {
+                            non_walls.add(scene.corners(vertices), id, is_glass);
+                        }
                     }
                     if !is_resolved {
                         unresolved.add(scene.corners(vertices), id, is_glass);
@@ -169,31 +169,31 @@ impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
         scratch: &mut IntersectionScratch<R, N>,
     ) -> PacketHit<R, N> {
         let (scene, data) = (self.scene, self.data);
-        if N == 1 || !data.is_small {
-            return if N > 1 && is_coherent::<R, N>(ray.direction, active) {
-                scene
-                    .bvh()
-                    .closest_of_packet::<R, N>(ray, active, scratch.stack())
-            } else {
-                self.closest_per_lane(ray, active)
-            };
-        }
         let mut nearest = Nearest::new();
+        if N == 1 {
+            let undecided = R::Mask::splat(false);
+            return self.closest_in_hierarchy(ray, active, undecided, nearest, scratch);
+        }
         let shear = Shear::new(ray);
-        let projected = scratch.projected();
-        let mut left = active;
+        let mut decided = R::Mask::splat(false);
         if let (Some(walls), Some(hull)) = (&data.walls, scene.hull())
             && let Some(exit) = walls.exit(hull, &data.primitives, ray, &shear, active)
         {
-            left = active & !exit.decided;
+            decided = exit.decided;
             nearest.take_nearer(exit.primitive, &exit.hit);
+            let projected = scratch.projected();
             data.unresolved.project(&shear, None, projected);
             data.unresolved
-                .hits(&shear, projected, exit.decided, false, |ids, hit| {
+                .hits(&shear, projected, decided, false, |ids, hit| {
                     nearest.take_nearer(ids, hit);
                 });
         }
+        if !data.is_small {
+            return self.closest_in_hierarchy(ray, active, decided, nearest, scratch);
+        }
+        let left = active & !decided;
         if left.any() {
+            let projected = scratch.projected();
             data.triangles.project(&shear, None, projected);
             data.triangles
                 .hits(&shear, projected, left, false, |ids, hit| {
@@ -206,16 +206,38 @@ impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
         nearest.of(active)
     }
 
-    fn closest_per_lane(self, ray: &Ray<R::Vector>, active: R::Mask) -> PacketHit<R, N> {
-        let (bits, rays) = (active.bits(), rays::<R, N>(ray));
-        let closest = |i: usize| self.scene.bvh().closest(&rays[i], f64::INFINITY);
-        let hits: [Option<PrimitiveHit>; N] =
-            from_fn(|i| if bits >> i & 1 == 1 { closest(i) } else { None });
+    /// Finds the nearest hits of the `active` lanes by the hierarchy, as a packet or one by one. In
+    /// the `decided` lanes, hits on walls are known.
+    fn closest_in_hierarchy(
+        self,
+        ray: &Ray<R::Vector>,
+        active: R::Mask,
+        decided: R::Mask,
+        mut nearest: Nearest<R>,
+        scratch: &mut IntersectionScratch<R, N>,
+    ) -> PacketHit<R, N> {
+        let bvh = self.scene.bvh();
+        let parts = [
+            (Part::WithoutWalls, active & decided),
+            (Part::All, active & !decided),
+        ];
+        if N > 1 && is_coherent::<R, N>(ray.direction, active) {
+            for (part, lanes) in parts.into_iter().filter(|(_, lanes)| lanes.any()) {
+                bvh.nearest_of_packet(part, ray, lanes, &mut nearest, scratch.stack());
+            }
+            return nearest.of(active);
+        }
+        let (rays, mut hits) = (rays::<R, N>(ray), nearest.hits());
+        for (part, lanes) in parts {
+            for lane in lanes_of(lanes.bits()) {
+                hits[lane] = bvh.nearest_with(part, &rays[lane], hits[lane]);
+            }
+        }
         PacketHit {
-            hit_mask: R::Mask::from_fn(|i| hits[i].is_some()),
-            primitive: from_fn(|i| hits[i].map_or(0, |hit| hit.primitive)),
-            t: R::from_lanes(|i| hits[i].map_or(f64::INFINITY, |hit| hit.t)),
-            weights: from_fn(|k| R::from_lanes(|i| hits[i].map_or(0.0, |hit| hit.weights[k]))),
+            hit_mask: active & R::Mask::from_fn(|i| hits[i].t < f64::INFINITY),
+            primitive: hits.map(|hit| hit.primitive),
+            t: R::from_lanes(|i| hits[i].t),
+            weights: from_fn(|k| R::from_lanes(|i| hits[i].weights[k])),
         }
     }
 
@@ -236,28 +258,36 @@ impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
             return R::Mask::from_fn(|i| active.lane(i) && free(i));
         }
         let blocks = |id: u32| !(through_glass && scene.is_glass(id));
-        if !data.is_small {
-            // A ray that is blocked has ended, but not its packet: alone it is faster, in double
-            // precision (`is_coherent`).
-            return if R::IS_SINGLE {
-                active
-                    & !scene.bvh().occluded_of_packet::<R, N>(
-                        &segment,
-                        active,
-                        blocks,
-                        scratch.stack(),
-                    )
-            } else {
-                let (bits, rays) = (active.bits(), rays::<R, N>(&segment));
-                R::Mask::from_fn(|i| {
-                    bits >> i & 1 == 1 && !scene.bvh().occluded(&rays[i], 1.0, blocks)
-                })
-            };
-        }
         let one = R::splat(1.0);
         let within = scene.hull().map_or(R::Mask::splat(false), |hull| {
             active & hull.contains(segment.origin, segment.at(one))
         });
+        if !data.is_small {
+            let bvh = scene.bvh();
+            let parts = [(Part::WithoutWalls, within), (Part::All, active & !within)];
+            // A ray that is blocked has ended, but not its packet: alone it is faster, in double
+            // precision (`is_coherent`).
+            if !R::IS_SINGLE {
+                let rays = rays::<R, N>(&segment);
+                let mut free = 0;
+                for (part, lanes) in parts {
+                    for lane in lanes_of(lanes.bits()) {
+                        let is_free = !bvh.occluded_by(part, &rays[lane], 1.0, blocks);
+                        free |= u32::from(is_free) << lane;
+                    }
+                }
+                return R::Mask::from_bits(free);
+            }
+            let mut free = active;
+            for (part, lanes) in parts {
+                if lanes.any() {
+                    let stack = scratch.stack();
+                    free = free
+                        & !bvh.occluded_of_packet_by::<R, N>(part, &segment, lanes, blocks, stack);
+                }
+            }
+            return free;
+        }
         let mut free = active;
         let shear = Shear::new(&segment);
         let projected = scratch.projected();
@@ -280,11 +310,6 @@ impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
             free = free & !sphere.shape.distance(&segment).cmplt(one);
         }
         free
-    }
-
-    /// Returns whether all lanes test a list of all primitives, and these are triangles.
-    pub fn has_few_triangles(self) -> bool {
-        self.data.is_small && self.data.spheres.is_empty()
     }
 }
 

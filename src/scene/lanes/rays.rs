@@ -8,7 +8,7 @@ use crate::math::real::Mask;
 use crate::math::simd::{LANES, Lanes, Lanes3, Wide};
 use crate::scene::Scene;
 
-/// Intersects packets of N rays with a small scene of triangles.
+/// Intersects packets of N rays with a scene.
 pub struct PacketIntersector<'a, R: Wide<N>, const N: usize> {
     scene: LaneScene<'a, R, N>,
     scratch: IntersectionScratch<R, N>,
@@ -26,14 +26,12 @@ impl<R: Wide<N>, const N: usize> fmt::Debug for PacketIntersector<'_, R, N> {
 }
 
 impl<'a, R: Wide<N>, const N: usize> PacketIntersector<'a, R, N> {
-    /// Prepares a scene; `None` if it has more than 64 primitives, so that rays traverse the
-    /// hierarchy, or any spheres.
-    pub fn new(scene: &'a Scene) -> Option<Self> {
-        let scene = LaneScene::new(scene);
-        scene.has_few_triangles().then(|| Self {
-            scene,
+    /// Prepares a scene.
+    pub fn new(scene: &'a Scene) -> Self {
+        Self {
+            scene: LaneScene::new(scene),
             scratch: IntersectionScratch::new(),
-        })
+        }
     }
 
     /// Returns the distance to each ray's nearest hit, in units of its direction's length; infinite

@@ -8,7 +8,7 @@
 use glam::DVec3;
 
 use super::PrimitiveData;
-use crate::geometry::hull::{Hull, Slab};
+use crate::geometry::hull::{Hull, MAX_PRIMITIVES, Slab};
 use crate::geometry::offsets::{OFFSET, SINGLE_EDGE_MARGIN};
 use crate::geometry::shape::Ray;
 use crate::geometry::watertight::{LaneShear, TriangleHit};
@@ -23,7 +23,8 @@ const MARGIN: f64 = OFFSET;
 const SINGLE_MARGIN: f64 = 2.0 * SINGLE_EDGE_MARGIN;
 /// Least cosine between a ray and the normal of a wall at which an exit is decided.
 const MIN_COSINE: f64 = 1.0 / 32.0;
-/// Least number of resolved triangles; for fewer a list of all is as fast.
+/// Least number of resolved triangles of a small scene; for fewer a list of all is as fast. In other
+/// scenes it is half the walls, as lanes test lists of those unresolved.
 const MIN_TRIANGLES: usize = 12;
 /// Maximum number of triangles resolved per wall.
 const MAX_TRIANGLES: usize = 4;
@@ -92,8 +93,11 @@ impl<T: Scalar> HullWalls<T> {
         let (mut walls, mut is_resolved) =
             (Vec::new(), vec![false; scene.scene_primitives().len()]);
         let mut triangles = Vec::new();
-        for (id, primitive) in scene.scene_primitives().iter().enumerate() {
-            if let PrimitiveShape::Triangle { vertices, .. } = primitive.shape {
+        let primitives = scene.scene_primitives();
+        for (id, primitive) in primitives.iter().enumerate() {
+            if let PrimitiveShape::Triangle { vertices, .. } = primitive.shape
+                && hull.is_wall[id]
+            {
                 let corners = scene.corners(vertices);
                 triangles.push(Triangle { id, corners });
             }
@@ -113,7 +117,12 @@ impl<T: Scalar> HullWalls<T> {
             .filter(|is_resolved| **is_resolved)
             .count();
         let extent = scene.largest_coordinate();
-        (count >= MIN_TRIANGLES).then_some((Self { walls, extent }, is_resolved))
+        let least = if primitives.len() <= MAX_PRIMITIVES {
+            MIN_TRIANGLES
+        } else {
+            triangles.len().div_ceil(2)
+        };
+        (count >= least).then_some((Self { walls, extent }, is_resolved))
     }
 
     /// Finds where the `active` rays leave the hull; `primitives` are the data of the scene's

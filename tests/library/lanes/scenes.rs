@@ -230,6 +230,23 @@ pub fn specular_casters(count: u32) -> Scene {
     s.build(camera).expect("a legal scene")
 }
 
+/// Returns a closed room with a lamp and splinters inside and smaller ones around it, seen from
+/// outside, where only the sky shines.
+fn from_outside() -> Scene {
+    let mut s = SceneBuilder::new("closed");
+    s.background(DVec3::splat(0.1));
+    let (grey, lamp) = (s.surface(diffuse(0.6)), s.surface(lamp(9.0)));
+    simple::closed_cube(&mut s, 0.6, true, grey);
+    s.sphere(Sphere::new(DVec3::ZERO, 0.2), lamp);
+    let mut rng = rng("splinters, closed");
+    for (half, size) in [(0.5, 0.1), (1.0, 0.05)].into_iter().cycle().take(200) {
+        let corner = in_cube(&mut rng, half);
+        let edges = [(); 2].map(|()| size * unit_vector(&mut rng));
+        triangle(&mut s, [corner, corner + edges[0], corner + edges[1]], grey);
+    }
+    from_the_front(s)
+}
+
 /// Returns scenes with every surface, light and shape, for every way of intersection in lanes.
 pub fn scenes() -> Vec<Scene> {
     vec![
@@ -241,6 +258,7 @@ pub fn scenes() -> Vec<Scene> {
         mirrors(),
         specular_casters(0),
         specular_casters(100),
+        from_outside(),
         room::report(Convention::Physical, OrenNayarForm::Corrected).expect("a scene"),
         room::diffuse().expect("a scene"),
         simple::environment().expect("a scene"),

@@ -17,7 +17,8 @@ fn without_floor(mut mesh: Mesh) -> Mesh {
 
 /// Returns rooms: with sharp corners, with floors of more triangles than the lane engine tells
 /// apart, of triangles around a point, of overlapping triangles; with a window, with an open side,
-/// and with a block inside.
+/// and with a block inside; and all of them with a globe inside, of so many triangles that rays
+/// traverse the hierarchy.
 fn rooms() -> Vec<Mesh> {
     let regular = |n: u32| -> Vec<[f64; 2]> {
         (0..n)
@@ -76,6 +77,10 @@ fn rooms() -> Vec<Mesh> {
     rooms.push(without_floor(shell.clone()));
     let block = Mesh::cube().map(|v| 0.3 * v + DVec3::new(1.0, 0.5, -0.2));
     rooms.push(with(&shell, &block.vertices, &block.triangles));
+    let globe = Mesh::globe(6, 8).map(|v| 0.2 * v + DVec3::new(0.1, 0.2, -0.3));
+    let with_globe = |room: &Mesh| with(room, &globe.vertices, &globe.triangles);
+    let larger: Vec<Mesh> = rooms.iter().map(with_globe).collect();
+    rooms.extend(larger);
     rooms
 }
 
@@ -130,9 +135,17 @@ fn meet_walls_as_each<R: Wide<N>, const N: usize>(
     {
         let mesh = mesh.clone().map(|v| scale * v + offset);
         let scene = scene_of(&mesh);
-        let mut together = PacketIntersector::<R, N>::new(&scene).expect("few triangles");
-        for _ in 0..1500 {
-            let rays: [Ray; N] = from_fn(|_| at_walls(&mut rng, &mesh, &scene, scale, offset));
+        let mut together = PacketIntersector::<R, N>::new(&scene);
+        let is_small = mesh.triangles.len() <= 64;
+        for packet in 0..if is_small { 1500 } else { 600 } {
+            let mut rays: [Ray; N] = from_fn(|_| at_walls(&mut rng, &mesh, &scene, scale, offset));
+            if !is_small && packet % 4 == 0 {
+                // A packet of one octant goes through the hierarchy together.
+                let octant = rays[0].direction.signum();
+                for ray in &mut rays {
+                    ray.direction = ray.direction.abs() * octant;
+                }
+            }
             let ray = Ray::new(
                 Vector::from_fn(|i| rays[i].origin),
                 Vector::from_fn(|i| rays[i].direction),
@@ -146,8 +159,8 @@ fn meet_walls_as_each<R: Wide<N>, const N: usize>(
     }
 }
 
-/// Walls found by where a ray leaves are hit as if all had been tested; rays with NaN components
-/// hit nothing.
+/// Walls found by where a ray leaves are hit as if all had been tested, with and without a mesh in
+/// the room; rays with NaN components hit nothing.
 #[test]
 fn rays_meet_walls_as_each_meets_them() {
     let far = DVec3::new(1000.0, -2000.0, 500.0);

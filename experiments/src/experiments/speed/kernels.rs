@@ -33,9 +33,7 @@ pub(super) fn rays(run: &mut Run) -> Result<(), Error> {
 /// Records millions of rays per second that are intersected eight at a time in the Cornell box.
 pub(super) fn eight_rays(run: &mut Run) -> Result<(), Error> {
     let scene = cornell()?;
-    let Some(mut eight) = EightRayIntersector::new(&scene) else {
-        return Ok(());
-    };
+    let mut eight = EightRayIntersector::new(&scene);
     let packets: Vec<Ray<Lanes3>> = bounces(run, &scene)
         .chunks_exact(LANES)
         .map(packet)
