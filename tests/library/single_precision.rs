@@ -268,11 +268,28 @@ fn faceted() -> Scene {
     )
 }
 
+/// Returns a ball under an even sky, behind which is a closed room with a lamp and a larger ball.
+fn beside_a_room() -> Scene {
+    scene_from(
+        Camera::new(DVec3::new(0.0, -7.0, 0.0), DVec3::ZERO, DVec3::Z, 0.3),
+        |s| {
+            s.background(DVec3::splat(0.1));
+            let grey = s.surface(diffuse(0.6));
+            for (radius, y) in [(1.0, 0.0), (0.5, -4.0)] {
+                let ball = Mesh::globe(23, 23).map(|v| radius * v + y * DVec3::Y);
+                s.mesh(&ball.vertices, &ball.triangles, grey);
+            }
+            simple::closed_cube(s, 3.0, true, grey);
+            square(s, 1.5, 2.9, false, lamp(4.0));
+        },
+    )
+}
+
 #[test]
 fn images_differ_by_rounding() {
     let seed = seed_for(master(), "singles");
     let mut taken = 0;
-    for scene in scenes().iter().chain([&faceted()]) {
+    for scene in scenes().iter().chain([&faceted(), &beside_a_room()]) {
         for estimator in all_estimators() {
             if check_single_precision(scene).is_err() {
                 continue;
