@@ -435,11 +435,11 @@ impl Scene {
             Some(hull) if hull.contains(segment.origin, segment.at(1.0)) => Part::WithoutWalls,
             _ => Part::All,
         };
-        let (bvh, all) = (&self.bvh, |_| true);
         if through_glass {
-            !bvh.occluded_by(part, segment, 1.0, |primitive| !self.is_glass(primitive))
+            let blocks = |primitive| !self.is_glass(primitive);
+            !self.bvh.occluded_by(part, segment, 1.0, blocks)
         } else {
-            !bvh.occluded_by(part, segment, 1.0, all)
+            !self.bvh.occluded_by(part, segment, 1.0, |_| true)
         }
     }
 }

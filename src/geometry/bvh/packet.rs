@@ -170,7 +170,8 @@ impl Bvh {
         self.occluded_of_packet_by::<R, N>(Part::All, segment, active, blocks, stack)
     }
 
-    /// Returns the same for a part.
+    /// Returns [`occluded_by`](Self::occluded_by) up to t = 1 for each segment of the `active` lanes;
+    /// false in other lanes.
     #[inline]
     pub(crate) fn occluded_of_packet_by<R: Wide<N>, const N: usize>(
         &self,
