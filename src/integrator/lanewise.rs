@@ -14,6 +14,18 @@ use crate::sampling::mis::{Heuristic, Strategy};
 use crate::sampling::{mis, roulette};
 use crate::scene::lanes::{IntersectionScratch, LaneScene};
 
+/// A game of Russian roulette in all lanes.
+pub(crate) struct RouletteGame<R: Real> {
+    /// Lanes whose path goes on.
+    pub survives: R::Mask,
+    /// Survival probability.
+    pub survival: R,
+    /// Factor of a survivor's throughput.
+    pub weight: R,
+    /// Number that decides a survivor's next game.
+    pub next: R,
+}
+
 /// Parts of estimators over lanes; each function is that of the same name without `lanes_`.
 pub(crate) trait Lanewise: PathParts {
     /// Returns cos θ of (9).
@@ -74,8 +86,7 @@ pub(crate) trait Lanewise: PathParts {
         vectors(active, |i| self.mirror(direction.lane(i), normal.lane(i)))
     }
 
-    /// Plays Russian roulette by throughput: returns the surviving lanes and the weights of their
-    /// throughput.
+    /// Plays Russian roulette by throughput.
     #[inline]
     fn lanes_survive<V: Vector>(
         &self,
@@ -83,19 +94,30 @@ pub(crate) trait Lanewise: PathParts {
         early: MaskOf<V>,
         random: V::Real,
         active: MaskOf<V>,
-    ) -> (MaskOf<V>, V::Real) {
+    ) -> RouletteGame<V::Real> {
         if self.is_default() {
             let survival = roulette::by_throughput(throughput, early);
-            return (
-                active & roulette::survives(random, survival),
-                roulette::weight(survival),
-            );
+            return RouletteGame {
+                survives: active & roulette::survives(random, survival),
+                survival,
+                weight: roulette::weight(survival),
+                next: roulette::rescaled(random, survival),
+            };
         }
-        let weights: [_; MAX_LANES] = each(active, None, |i| {
-            self.survive(throughput.lane(i), early.lane(i), random.lane(i))
+        let survival: V::Real = numbers(active, |i| {
+            self.survival_by_throughput(throughput.lane(i), early.lane(i))
         });
-        let survives = MaskOf::<V>::from_fn(|i| weights[i].is_some());
-        (survives, V::Real::from_lanes(|i| weights[i].unwrap_or(1.0)))
+        let survives = MaskOf::<V>::from_fn(|i| {
+            active.lane(i) && self.survives(random.lane(i), survival.lane(i))
+        });
+        RouletteGame {
+            survives,
+            survival,
+            weight: numbers(survives, |i| self.roulette_weight(survival.lane(i))),
+            next: numbers(survives, |i| {
+                self.rescaled(random.lane(i), survival.lane(i))
+            }),
+        }
     }
 
     /// Plays Russian roulette by the absorption of a surface, as in the report.

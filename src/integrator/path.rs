@@ -268,11 +268,20 @@ impl Integrator for Path<'_> {
         let next = surface.sample(parts, scatters & !endless, random);
         let throughput = paths.throughput * next.weight;
 
-        // Russian roulette.
+        // Russian roulette. One number decides several games, so that the paths that survive are
+        // as evenly distributed over the directions of their first hit as all are.
         let early = R::Mask::from_fn(|i| paths.hits[i] <= self.rr_depth);
-        let random = random.uniform(next.exists);
+        let asks = next.exists & paths.roulette_share.cmplt(R::splat(roulette::LEAST_SHARE));
+        let (mut number, mut share) = (paths.roulette, paths.roulette_share);
+        if asks.any() {
+            number = R::select(asks, random.uniform(asks), number);
+            share = R::select(asks, R::splat(1.0), share);
+        }
         let relative = throughput * R::splat(1.0 / roulette::REFERENCE_THROUGHPUT);
-        let (survives, weight) = parts.lanes_survive(relative, early, random, next.exists);
+        let game = parts.lanes_survive(relative, early, number, next.exists);
+        let (survives, weight) = (game.survives, game.weight);
+        paths.roulette = R::select(survives, game.next, paths.roulette);
+        paths.roulette_share = R::select(survives, share * game.survival, paths.roulette_share);
 
         paths.factor = R::select(survives, paths.factor * next.radiance_factor, paths.factor);
         paths.pdf = R::select(survives, next.pdf, paths.pdf);

@@ -86,6 +86,10 @@ pub(crate) struct PathState<R: Wide<N>, const N: usize> {
     pub light_sampled: R::Mask,
     /// Pdf of the ray's direction with respect to solid angle, where `light_sampled` is set.
     pub pdf: R,
+    /// Number that decides the next game of Russian roulette, and probability of the survivals that
+    /// it has decided: 0 before the first game.
+    pub roulette: R,
+    pub roulette_share: R,
     /// Number of hits of each path.
     pub hits: [u32; N],
     /// Specular chains of the paths.
@@ -113,6 +117,8 @@ impl<R: Wide<N>, const N: usize> PathState<R, N> {
             throughput: zero,
             factor: R::splat(1.0),
             pdf: R::splat(0.0),
+            roulette: R::splat(0.0),
+            roulette_share: R::splat(0.0),
             light_sampled: R::Mask::splat(false),
             hits: [0; N],
             chains: SpecularChains::new(),
@@ -130,6 +136,7 @@ impl<R: Wide<N>, const N: usize> PathState<R, N> {
         self.throughput = new(R::Vector::splat_vector(DVec3::ONE), self.throughput);
         self.factor = R::select(starting, R::splat(1.0), self.factor);
         self.light_sampled = self.light_sampled & !starting;
+        self.roulette_share = R::select(starting, R::splat(0.0), self.roulette_share);
         for lane in lanes_of(starting.bits()) {
             self.hits[lane] = 0;
             self.chains.start(lane);

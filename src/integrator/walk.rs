@@ -149,8 +149,9 @@ pub(super) fn trace_walks<'a, P: PathParts + ?Sized, T, S: Sampler>(
                 let next = surface.sample(parts, LaneMask::from_bits(going), &mut random);
                 let scattered = throughput * next.weight;
                 let random = random.uniform(next.exists);
-                let (survives, weight) =
+                let game =
                     parts.lanes_survive(scattered, LaneMask::splat(false), random, next.exists);
+                let (survives, weight) = (game.survives, game.weight);
                 ray = Ray::select(survives, &surface.spawn_ray(next.direction), &ray);
                 throughput = Vector::select(survives, scattered * weight, throughput);
                 factor = <Lanes as Real>::select(survives, factor * next.radiance_factor, factor);

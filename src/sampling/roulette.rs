@@ -17,6 +17,23 @@ pub fn weight<R: Real>(survival: R) -> R {
     survival.recip()
 }
 
+/// Returns the number that decides the next game of a survivor, from the number r that decided this
+/// one: r/(1 − α), which is uniform in [0, 1) again, as r is below 1 − α.
+#[inline]
+pub fn rescaled<R: Real>(r: R, survival: R) -> R {
+    (r * survival.recip()).minimum(R::by_precision(
+        1.0 - f64::EPSILON / 2.0,
+        1.0 - EPSILON_SINGLE / 2.0,
+    ))
+}
+
+/// Probability of the survivals that one number decides, below which the next game has a new number:
+/// so enough digits are left. It is no power of ½, lest rounding decide at albedo ½.
+pub const LEAST_SHARE: f64 = 0.02;
+
+/// Machine epsilon of single precision.
+const EPSILON_SINGLE: f64 = f32::EPSILON as f64;
+
 /// Maximum survival probability of [`by_throughput`] after early hits: paths between perfect
 /// mirrors end, too.
 pub const MAX_SURVIVAL: f64 = 0.95;
@@ -76,13 +93,9 @@ pub trait Roulette: Sync {
     fn roulette_weight(&self, survival: f64) -> f64 {
         weight(survival)
     }
-
-    /// Plays Russian roulette by throughput with one uniform number: returns the factor of the
-    /// survivor's throughput, `None` if the path ends.
+    /// Returns the number that decides the next game of a survivor.
     #[inline]
-    fn survive(&self, throughput: DVec3, early: bool, r: f64) -> Option<f64> {
-        let survival = self.survival_by_throughput(throughput, early);
-        self.survives(r, survival)
-            .then(|| self.roulette_weight(survival))
+    fn rescaled(&self, r: f64, survival: f64) -> f64 {
+        rescaled(r, survival)
     }
 }

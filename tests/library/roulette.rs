@@ -2,7 +2,9 @@
 
 use std::cell::RefCell;
 
-use whitefurnace::sampling::roulette::{MAX_SURVIVAL, by_absorption, by_throughput, survives};
+use whitefurnace::sampling::roulette::{
+    MAX_SURVIVAL, by_absorption, by_throughput, rescaled, survives,
+};
 
 use crate::prelude::*;
 
@@ -42,6 +44,60 @@ fn survival_is_the_rest_of_absorption_or_bounds_weights() {
             by_throughput(DVec3::from(throughput), true),
             throughput[1].max(throughput[2]).min(1.0)
         );
+    }
+}
+
+#[test]
+fn the_number_of_a_survivor_is_uniform_again() {
+    // The numbers of survivors, equally spaced from 0 to the survival, are so from 0 to 1 when rescaled.
+    let survival = 0.375;
+    for i in 0..384 {
+        let rescaled = rescaled(f64::from(i) / 1024.0, survival);
+        assert_abs_diff_eq!(
+            rescaled,
+            f64::from(i) / 384.0,
+            epsilon = 2.0 * UNIT_ROUNDOFF
+        );
+    }
+    for survival in [1e-9, 0.02, 0.3, 0.7, 1.0] {
+        let below = f64::next_down(survival);
+        assert!(rescaled(below, survival) < 1.0, "survival {survival}");
+    }
+}
+
+thread_local! {
+    /// Numbers that decided the games of a path in order.
+    static NUMBERS: RefCell<Vec<f64>> = const { RefCell::new(Vec::new()) };
+}
+
+/// A policy that records the numbers of twelve games, all of which the path survives.
+struct NumberRecorder;
+
+default_parts!(NumberRecorder: Scattering, NextEvent, Photons, Bidirectional, FiniteElements);
+
+impl Roulette for NumberRecorder {
+    fn survival_by_throughput(&self, _: DVec3, _: bool) -> f64 {
+        0.3
+    }
+    fn survives(&self, r: f64, _: f64) -> bool {
+        NUMBERS.with_borrow_mut(|numbers| numbers.push(r));
+        NUMBERS.with_borrow(|numbers| numbers.len() < 12)
+    }
+}
+
+#[test]
+fn a_number_decides_games_until_its_digits_are_used_up() {
+    let scene = within_sphere(diffuse(0.5).emitting(DVec3::ONE));
+    let ray = Ray::new(DVec3::ZERO, DVec3::X);
+    let path = Path::new(PathStrategy::Bsdf).with_parts(Parts::replaced(&NumberRecorder));
+    let mut random = stream(master(), 0, 0);
+    path.radiance(&scene, &ray, scene.intersect(&ray), &mut random);
+    let numbers = NUMBERS.take();
+    assert_eq!(numbers.len(), 12);
+    for (game, pair) in numbers.windows(2).enumerate() {
+        // 0.3^3 is above a fiftieth, 0.3^4 below it.
+        let is_next = pair[1] == rescaled(pair[0], 0.3);
+        assert_eq!(is_next, game % 4 != 3, "game {game}: {numbers:?}");
     }
 }
 

@@ -83,7 +83,7 @@ fn closed() -> Vec<FamilyTrial<EstimatorSubject>> {
             "closed furnace box",
             0.75,
             cube(0.75),
-            Draws::scrambles(16, 37_000),
+            Draws::scrambles(16, 60_000),
         ),
         (
             "furnace/path/albedo-0.9",
@@ -91,7 +91,7 @@ fn closed() -> Vec<FamilyTrial<EstimatorSubject>> {
             "spherical furnace",
             0.9,
             sphere(hits),
-            Draws::scrambles(64, 15_500),
+            Draws::scrambles(4, 250_000),
         ),
         (
             "furnace/path/early",
@@ -99,7 +99,7 @@ fn closed() -> Vec<FamilyTrial<EstimatorSubject>> {
             "spherical furnace without early roulette",
             0.9,
             sphere(EstimatorKind::PathWithRrDepth),
-            Draws::scrambles(64, 15_900),
+            Draws::scrambles(4, 270_000),
         ),
     ]
     .into_iter()

@@ -82,7 +82,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             &mirror,
             LIGHT_ANGLE,
             &MIS,
-            Draws::scrambles(64, 11_000),
+            Draws::scrambles(16, 42_000),
         ),
         family_trial(
             "irradiance/after-mirror/mis",
@@ -90,7 +90,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             &mirror,
             MIS_ANGLE,
             &MIS,
-            Draws::scrambles(64, 11_000),
+            Draws::scrambles(16, 42_000),
         ),
         family_trial(
             "irradiance/after-mirror/by-bodies",
@@ -98,7 +98,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             &mirror,
             SPECULAR_NEE,
             &SPECULAR_SPREAD,
-            Draws::scrambles(64, 11_000),
+            Draws::scrambles(16, 42_000),
         ),
         family_trial(
             "irradiance/after-mirror/report",
@@ -122,7 +122,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             &glass,
             REPORT,
             &RENDERING,
-            Draws::scrambles(64, 11_000),
+            Draws::scrambles(16, 60_000),
         ),
     ]
 }

@@ -73,6 +73,7 @@ table! {
         survival_by_absorption(absorption: f64) -> f64;
         survives(r: f64, survival: f64) -> bool;
         roulette_weight(survival: f64) -> f64;
+        rescaled(r: f64, survival: f64) -> f64;
     }
     NextEvent {
         pick_emitter(r: f64, picks: &PowerLightSampler) -> usize;

@@ -188,10 +188,16 @@ impl NextEvent for ShadowRayFollower<'_> {
 }
 
 impl Roulette for ShadowRayFollower<'_> {
-    fn survive(&self, _: DVec3, _: bool, r: f64) -> Option<f64> {
+    fn survival_by_throughput(&self, _: DVec3, _: bool) -> f64 {
+        0.8
+    }
+    fn survives(&self, r: f64, survival: f64) -> bool {
         let mut events = self.events();
-        events.ended = r >= 0.8 && events.followed.is_none();
-        (!events.ended).then_some(1.0)
+        events.ended = r >= survival && events.followed.is_none();
+        !events.ended
+    }
+    fn roulette_weight(&self, _: f64) -> f64 {
+        1.0
     }
 }
 

@@ -126,13 +126,14 @@ impl NextEvent for PathRetracer {
 }
 
 impl Roulette for PathRetracer {
-    fn survive(&self, throughput: DVec3, early: bool, r: f64) -> Option<f64> {
+    fn survives(&self, r: f64, survival: f64) -> bool {
         let events = self.events();
-        match &events.followed {
-            Some(_) => Some(1.0),
-            None => DefaultParts
-                .survive(throughput, early, r)
-                .filter(|_| events.finished == 0),
+        events.followed.is_some() || events.finished == 0 && DefaultParts.survives(r, survival)
+    }
+    fn roulette_weight(&self, survival: f64) -> f64 {
+        match &self.events().followed {
+            Some(_) => 1.0,
+            None => DefaultParts.roulette_weight(survival),
         }
     }
 }

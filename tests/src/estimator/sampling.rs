@@ -38,6 +38,8 @@ pub(super) fn faults() -> Vec<Fault<EstimatorSubject>> {
             "furnace/mirrors/infinite-variance: values of the law"),
         fault!("roulette-other-share", ROULETTE, "divides by α for 1 − α",
             { roulette_weight: |q| 1.0 / (1.0 - q) }, "furnace/sky/path"),
+        fault!("number-not-rescaled", ROULETTE, "the number that decided a game decides the next one as it is",
+            { rescaled: |r, _| r }, "furnace/path/albedo-0.75"),
         fault!("weight-of-one-policy", ROULETTE, "survivors are divided by 0.9 whatever the survival was",
             { roulette_weight: |_| 1.0 / 0.9 }, "furnace/cavity/policies: survival 1 − α"),
         fault!("sum-of-four-rays", ESTIMATOR, "the sum of N = 4 sample rays, without 1/N",
