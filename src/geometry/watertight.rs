@@ -177,18 +177,23 @@ pub fn in_bounds<R: Real>([a, b, c]: [Projected<R>; 3]) -> R::Mask {
     is_between(0) & is_between(1)
 }
 
-impl Shear {
-    /// Returns the ray in every lane, each for another triangle.
+impl<R: Real> Shear<R, [usize; 3]> {
+    /// Prepares one ray in every lane, each for another triangle. The direction must not be zero.
     #[inline]
-    pub fn splat<R: Real>(&self) -> Shear<R> {
-        let splat = |numbers: [f64; 3]| numbers.map(R::splat);
-        Shear {
-            origin: splat(self.origin),
-            axes: self.axes,
-            shear: splat(self.shear),
+    pub fn splat(ray: &Ray) -> Self {
+        let axes = DVec3::axes(ray.direction);
+        let splat = |v: DVec3| axes.permuted(v.to_array()).map(R::splat);
+        let [x, y, z] = splat(ray.direction);
+        let inverse = z.recip();
+        Self {
+            origin: splat(ray.origin),
+            axes,
+            shear: [x * inverse, y * inverse, inverse],
         }
     }
+}
 
+impl Shear {
     /// Returns the hit of one ray with 0 < t < `t_max` on a triangle of these vertices.
     #[inline]
     pub fn intersect(&self, vertices: [DVec3; 3], t_max: f64) -> Option<TriangleHit> {

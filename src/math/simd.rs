@@ -79,6 +79,9 @@ pub struct AlignedArray<T, const K: usize>(pub [T; K]);
 
 /// A number of one lane.
 pub trait Scalar: Copy + Debug + Default + Into<f64> + PartialEq + Send + Sync + 'static {
+    /// A number for each of [`FOUR`] triangles that one ray is tested against.
+    type Four: Wide<FOUR, Scalar = Self>;
+
     /// Whether the type is of single precision.
     const IS_SINGLE: bool;
 
@@ -116,6 +119,8 @@ impl Wide<1> for f64 {
 }
 
 impl Scalar for f64 {
+    type Four = Four;
+
     const IS_SINGLE: bool = false;
 
     #[inline]
@@ -137,6 +142,8 @@ impl Scalar for f64 {
 }
 
 impl Scalar for f32 {
+    type Four = FourSingles;
+
     const IS_SINGLE: bool = true;
 
     #[inline]

@@ -437,9 +437,9 @@ impl Scene {
         };
         if through_glass {
             let blocks = |primitive| !self.is_glass(primitive);
-            !self.bvh.occluded_by(part, segment, 1.0, blocks)
+            !self.bvh.occluded_by::<f64>(part, segment, 1.0, blocks)
         } else {
-            !self.bvh.occluded_by(part, segment, 1.0, |_| true)
+            !self.bvh.occluded_by::<f64>(part, segment, 1.0, |_| true)
         }
     }
 }

@@ -1,9 +1,11 @@
 //! Tests of the bounding volume hierarchy against a test of every primitive.
 
+use std::array::from_fn;
+
 use whitefurnace::geometry::bvh::{Bvh, PacketStack, Primitive, PrimitiveHit};
 use whitefurnace::geometry::watertight::Shear;
 use whitefurnace::math::real::{Mask as _, Vector as _};
-use whitefurnace::math::simd::{LANES, LaneMask, Lanes, Lanes3};
+use whitefurnace::math::simd::{LANES, Lanes, SINGLES, Scalar, Singles, Wide};
 
 use crate::budget::assert_enough_compared;
 use crate::prelude::*;
@@ -56,45 +58,66 @@ fn check(bvh: &Bvh, primitives: &[Primitive], ray: &Ray, t_max: f64) -> bool {
 /// Checks that packet queries return the hits of single rays, to the last bit, and none for lanes
 /// that the mask leaves out.
 fn check_together(bvh: &Bvh, rays: &[Ray]) {
+    check_packets::<Lanes, LANES>(bvh, rays);
+    check_packets::<Singles, SINGLES>(bvh, rays);
+}
+
+/// Checks packets of rays, whose numbers are rounded to the precision of the packets.
+fn check_packets<R: Wide<N>, const N: usize>(bvh: &Bvh, rays: &[Ray]) {
     let mut stack = PacketStack::default();
-    let blocks = |primitive: u32| !primitive.is_multiple_of(3);
-    for rays in rays.chunks_exact(LANES) {
-        let ray: Ray<Lanes3> = Ray::new(
-            Lanes3::from_fn(|i| rays[i].origin),
-            Lanes3::from_fn(|i| rays[i].direction),
+    for first in (0..rays.len()).step_by(N) {
+        let rays: [Ray; N] = from_fn(|i| rounded::<R::Scalar>(&rays[(first + i) % rays.len()]));
+        let ray = Ray::new(
+            R::Vector::from_fn(|i| rays[i].origin),
+            R::Vector::from_fn(|i| rays[i].direction),
         );
-        let alone: Vec<_> = rays
-            .iter()
-            .map(|ray| {
-                (
-                    bvh.closest(ray, f64::INFINITY),
-                    bvh.occluded(ray, 1.0, blocks),
-                )
-            })
-            .collect();
+        let alone = rays.map(|ray| bvh.closest_in::<R::Scalar>(&ray, f64::INFINITY));
         // All lanes, and each lane alone, so that no other ray opens a box for it.
-        for active in (0..LANES).map(|i| 1 << i).chain([(1 << LANES) - 1]) {
-            let active = LaneMask::from_bits(active);
-            let hits = bvh.closest_of_packet::<Lanes, LANES>(&ray, active, &mut stack);
-            let occluded = bvh.occluded_of_packet::<Lanes, LANES>(&ray, active, blocks, &mut stack);
-            let has = |mask: LaneMask, i: usize| mask.bits() >> i & 1 == 1;
-            for (i, &(closest, is_occluded)) in alone.iter().enumerate() {
-                let expected = closest.filter(|_| has(active, i));
-                let found = has(hits.hit_mask, i).then(|| PrimitiveHit {
+        for active in (0..N).map(|i| 1 << i).chain([(1 << N) - 1]) {
+            let active = R::Mask::from_bits(active);
+            let hits = bvh.closest_of_packet::<R, N>(&ray, active, &mut stack);
+            for (i, closest) in alone.iter().enumerate() {
+                let expected = closest.filter(|_| active.lane(i));
+                let found = hits.hit_mask.lane(i).then(|| PrimitiveHit {
                     primitive: hits.primitive[i],
-                    t: hits.t.as_array()[i],
-                    weights: hits.weights.map(|weight| weight.as_array()[i]),
+                    t: hits.t.lane(i),
+                    weights: hits.weights.map(|weight| weight.lane(i)),
                 });
                 assert_eq!(found, expected, "{:?}", rays[i]);
-                assert_eq!(hits.t.as_array()[i].is_finite(), found.is_some());
-                assert_eq!(
-                    has(occluded, i),
-                    has(active, i) && is_occluded,
-                    "{:?}",
-                    rays[i]
-                );
+                assert_eq!(hits.t.lane(i).is_finite(), found.is_some());
             }
         }
+    }
+}
+
+/// Returns a ray whose numbers are rounded to a precision.
+fn rounded<T: Scalar>(ray: &Ray) -> Ray {
+    let [origin, direction] = [ray.origin, ray.direction].map(|v| v.map(|x| T::rounded(x).into()));
+    Ray::new(origin, direction)
+}
+
+/// Checks that boxes hide no hit in single precision. Of two hits that differ by rounding only,
+/// either may be found.
+fn check_single(bvh: &Bvh, primitives: &[Primitive], rays: &[Ray]) {
+    // A hierarchy of one primitive has no boxes.
+    let each: Vec<Bvh> = primitives
+        .iter()
+        .map(|primitive| Bvh::new(&[*primitive]))
+        .collect();
+    for ray in rays.iter().map(rounded::<f32>) {
+        let expected = each
+            .iter()
+            .filter_map(|one| one.closest_in::<f32>(&ray, f64::INFINITY))
+            .map(|hit| hit.t)
+            .min_by(f64::total_cmp);
+        let found = bvh.closest_in::<f32>(&ray, f64::INFINITY);
+        assert_eq!(found.is_some(), expected.is_some(), "{ray:?}");
+        if let (Some(found), Some(t)) = (found, expected) {
+            assert_relative_eq!(found.t, t, max_relative = 1e-3);
+        }
+        let is_within = expected.is_some_and(|t| t < 1.0);
+        assert_eq!(bvh.occluded_in::<f32>(&ray, 1.0, |_| true), is_within);
+        assert!(!bvh.occluded_in::<f32>(&ray, 1.0, |_| false));
     }
 }
 
@@ -125,6 +148,9 @@ fn rays<R: Rng>(rng: &mut R, count: usize) -> Vec<Ray> {
 fn check_all(primitives: &[Primitive], rays: &[Ray]) -> usize {
     let bvh = Bvh::new(primitives);
     check_together(&bvh, rays);
+    if primitives.len() <= 400 {
+        check_single(&bvh, primitives, rays);
+    }
     rays.iter()
         .enumerate()
         .filter(|(i, ray)| {

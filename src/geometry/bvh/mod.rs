@@ -15,7 +15,7 @@ use glam::DVec3;
 use super::shape::{Ray, Sphere};
 use super::watertight::{Shear, TriangleHit};
 use crate::math::real::{Mask, Real, Vector};
-use crate::math::simd::{EightSingles, FOUR, Four, LANES, Wide};
+use crate::math::simd::{EightSingles, FOUR, LANES, Scalar, Wide};
 pub(crate) use packet::Nearest;
 pub use packet::{PacketHit, PacketStack};
 
@@ -40,15 +40,16 @@ pub struct PrimitiveHit {
 }
 
 impl PrimitiveHit {
-    /// Returns this hit or a nearer one on another primitive. Of two at the same distance the one
-    /// that comes first in the list wins, in whatever order they are tested.
+    /// Returns this hit or a nearer one in a lane, on another primitive. Of two at the same distance
+    /// the one that comes first in the list wins, in whatever order they are tested.
     #[inline]
-    fn nearer(self, primitive: u32, hit: TriangleHit) -> Self {
-        if hit.t < self.t || hit.t == self.t && primitive < self.primitive {
+    fn nearer<R: Real>(self, primitive: u32, hits: &TriangleHit<R>, lane: usize) -> Self {
+        let t = hits.t.lane(lane);
+        if t < self.t || t == self.t && primitive < self.primitive {
             Self {
                 primitive,
-                t: hit.t,
-                weights: hit.weights,
+                t,
+                weights: hits.weights.map(|weight| weight.lane(lane)),
             }
         } else {
             self
@@ -127,10 +128,11 @@ pub(crate) enum Part {
 }
 
 impl Leaf {
-    /// Returns the nearest hit of a ray on the leaf's triangles, one lane each.
+    /// Returns the hits of a ray on the leaf's triangles, one lane each.
     #[inline]
-    fn hit(&self, shear: &Shear<Four>) -> TriangleHit<Four> {
-        let vertex = |i: usize| [0, 1, 2].map(|axis| Four::from_array(self.vertices[i][axis]));
+    fn hits<T: Scalar>(&self, shear: &Shear<T::Four>) -> TriangleHit<T::Four> {
+        let lanes = |numbers: [f64; FOUR]| T::Four::from_array(numbers.map(T::rounded));
+        let vertex = |i: usize| self.vertices[i].map(lanes);
         let [a, b, c] = [0, 1, 2].map(|i| shear.project(vertex(i)));
         shear.hit([&a, &b, &c])
     }
@@ -139,38 +141,45 @@ impl Leaf {
 impl Bvh {
     /// Returns the nearest hit with 0 < t < `t_max`.
     pub fn closest(&self, ray: &Ray, t_max: f64) -> Option<PrimitiveHit> {
+        self.closest_in::<f64>(ray, t_max)
+    }
+
+    /// Returns [`closest`](Self::closest) in the precision of `T`, of whose numbers the ray and
+    /// `t_max` consist.
+    pub fn closest_in<T: Scalar>(&self, ray: &Ray, t_max: f64) -> Option<PrimitiveHit> {
         let none = PrimitiveHit {
             primitive: 0,
             t: t_max,
             weights: [0.0; 3],
         };
-        let nearest = self.nearest_with(Part::All, ray, none);
+        let nearest = self.nearest_with::<T>(Part::All, ray, none);
         (nearest.t < t_max).then_some(nearest)
     }
 
-    /// Returns the nearest hit on a part, or a known hit on another primitive if that comes first.
-    pub(crate) fn nearest_with(&self, part: Part, ray: &Ray, known: PrimitiveHit) -> PrimitiveHit {
-        let shear = Shear::new(ray).splat();
+    /// Returns the nearest hit on a part in the precision of `T`, or a known hit on another primitive
+    /// if that comes first.
+    pub(crate) fn nearest_with<T: Scalar>(
+        &self,
+        part: Part,
+        ray: &Ray,
+        known: PrimitiveHit,
+    ) -> PrimitiveHit {
+        let all = T::Four::splat;
+        let (shear, ray_of_all) = (Shear::splat(ray), ray_of_all::<T>(ray));
         let mut nearest = known;
         self.traverse::<true>(part, ray, known.t, |leaf| {
             if leaf.triangle_count > 0 {
-                let hit = leaf.hit(&shear);
-                let mut near = (!hit.t.cmpgt(Four::splat(nearest.t))
-                    & hit.t.cmplt(Four::splat(f64::INFINITY)))
-                .bits();
+                let hits = leaf.hits::<T>(&shear);
+                let mut near =
+                    (!hits.t.cmpgt(all(nearest.t)) & hits.t.cmplt(all(f64::INFINITY))).bits();
                 while near != 0 {
                     let lane = near.trailing_zeros() as usize % MAX_LEAF_PRIMITIVES;
                     near &= near - 1;
-                    let of = |number: Four| number.lanes()[lane];
-                    let hit = TriangleHit {
-                        t: of(hit.t),
-                        weights: hit.weights.map(of),
-                    };
-                    nearest = nearest.nearer(leaf.triangles[lane], hit);
+                    nearest = nearest.nearer(leaf.triangles[lane], &hits, lane);
                 }
             }
             for (id, sphere) in self.spheres_of(leaf) {
-                nearest = nearest.nearer(*id, sphere_hit(sphere, ray));
+                nearest = nearest.nearer(*id, &sphere_hit(sphere, &ray_of_all), 0);
             }
             Some(nearest.t)
         });
@@ -180,28 +189,44 @@ impl Bvh {
     /// Returns whether any primitive for which `blocks` holds is hit with 0 < t < `t_max`.
     #[inline]
     pub fn occluded(&self, ray: &Ray, t_max: f64, blocks: impl Fn(u32) -> bool) -> bool {
-        self.occluded_by(Part::All, ray, t_max, blocks)
+        self.occluded_in::<f64>(ray, t_max, blocks)
     }
 
-    /// Returns whether any primitive of a part for which `blocks` holds is hit with 0 < t < `t_max`.
+    /// Returns [`occluded`](Self::occluded) in the precision of `T`, of whose numbers the ray and
+    /// `t_max` consist.
     #[inline]
-    pub(crate) fn occluded_by(
+    pub fn occluded_in<T: Scalar>(
+        &self,
+        ray: &Ray,
+        t_max: f64,
+        blocks: impl Fn(u32) -> bool,
+    ) -> bool {
+        self.occluded_by::<T>(Part::All, ray, t_max, blocks)
+    }
+
+    /// Returns whether any primitive of a part for which `blocks` holds is hit with 0 < t < `t_max`,
+    /// in the precision of `T`.
+    #[inline]
+    pub(crate) fn occluded_by<T: Scalar>(
         &self,
         part: Part,
         ray: &Ray,
         t_max: f64,
         blocks: impl Fn(u32) -> bool,
     ) -> bool {
-        let shear = Shear::new(ray).splat();
+        let (shear, ray_of_all) = (Shear::splat(ray), ray_of_all::<T>(ray));
+        let end = T::Four::splat(t_max);
         let mut occluded = false;
         self.traverse::<false>(part, ray, t_max, |leaf| {
             if leaf.triangle_count > 0 {
-                let hits = leaf.hit(&shear).t.cmplt(Four::splat(t_max)).bits();
+                let hits = leaf.hits::<T>(&shear).t.cmplt(end).bits();
                 occluded = hits != 0
                     && (0..MAX_LEAF_PRIMITIVES)
                         .any(|lane| hits >> lane & 1 == 1 && blocks(leaf.triangles[lane]));
             }
-            let meets = |(id, sphere): &(u32, Sphere)| sphere.distance(ray) < t_max && blocks(*id);
+            let meets = |(id, sphere): &(u32, Sphere)| {
+                sphere.distance(&ray_of_all).cmplt(end).any() && blocks(*id)
+            };
             occluded = occluded || self.spheres_of(leaf).iter().any(meets);
             (!occluded).then_some(t_max)
         });
@@ -334,6 +359,14 @@ impl Bvh {
             };
         }
     }
+}
+
+/// Returns a ray in every lane of [`Scalar::Four`].
+#[inline]
+fn ray_of_all<T: Scalar>(ray: &Ray) -> Ray<<T::Four as Real>::Vector> {
+    let [origin, direction] =
+        [ray.origin, ray.direction].map(<T::Four as Real>::Vector::splat_vector);
+    Ray::new(origin, direction)
 }
 
 /// A child that is still to be visited.

@@ -157,44 +157,6 @@ impl Bvh {
         });
     }
 
-    /// Returns [`occluded`](Self::occluded) up to t = 1 for each segment of the `active` lanes;
-    /// false in other lanes.
-    #[inline]
-    pub fn occluded_of_packet<R: Wide<N>, const N: usize>(
-        &self,
-        segment: &Ray<R::Vector>,
-        active: R::Mask,
-        blocks: impl Fn(u32) -> bool,
-        stack: &mut PacketStack<N>,
-    ) -> R::Mask {
-        self.occluded_of_packet_by::<R, N>(Part::All, segment, active, blocks, stack)
-    }
-
-    /// Returns [`occluded_by`](Self::occluded_by) up to t = 1 for each segment of the `active` lanes;
-    /// false in other lanes.
-    #[inline]
-    pub(crate) fn occluded_of_packet_by<R: Wide<N>, const N: usize>(
-        &self,
-        part: Part,
-        segment: &Ray<R::Vector>,
-        active: R::Mask,
-        blocks: impl Fn(u32) -> bool,
-        stack: &mut PacketStack<N>,
-    ) -> R::Mask {
-        let (shear, one) = (Shear::new(segment), R::splat(1.0));
-        let mut free = active;
-        self.traverse_packet::<R, N>(part, segment, limits(free, one), stack, |leaf| {
-            for i in (0..leaf.triangle_count).filter(|&i| blocks(leaf.triangles[i])) {
-                free = free & !leaf.hit_of_packet(i, &shear).t.cmplt(one);
-            }
-            for (_, sphere) in self.spheres_of(leaf).iter().filter(|(id, _)| blocks(*id)) {
-                free = free & !sphere.distance(segment).cmplt(one);
-            }
-            limits(free, one)
-        });
-        active & !free
-    }
-
     /// Calls `leaf` for the leaves of a part that any ray may meet, near ones first. It returns for
     /// each ray the distance beyond which hits no longer matter.
     #[inline]

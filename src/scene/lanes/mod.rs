@@ -230,7 +230,7 @@ impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
         let (rays, mut hits) = (rays::<R, N>(ray), nearest.hits());
         for (part, lanes) in parts {
             for lane in lanes_of(lanes.bits()) {
-                hits[lane] = bvh.nearest_with(part, &rays[lane], hits[lane]);
+                hits[lane] = bvh.nearest_with::<R::Scalar>(part, &rays[lane], hits[lane]);
             }
         }
         PacketHit {
@@ -265,28 +265,16 @@ impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
         if !data.is_small {
             let bvh = scene.bvh();
             let parts = [(Part::WithoutWalls, within), (Part::All, active & !within)];
-            // A ray that is blocked has ended, but not its packet: alone it is faster, in double
-            // precision (`is_coherent`).
-            if !R::IS_SINGLE {
-                let rays = rays::<R, N>(&segment);
-                let mut free = 0;
-                for (part, lanes) in parts {
-                    for lane in lanes_of(lanes.bits()) {
-                        let is_free = !bvh.occluded_by(part, &rays[lane], 1.0, blocks);
-                        free |= u32::from(is_free) << lane;
-                    }
-                }
-                return R::Mask::from_bits(free);
-            }
-            let mut free = active;
+            // A ray that is blocked has ended, but not its packet: alone it is faster.
+            let rays = rays::<R, N>(&segment);
+            let mut free = 0;
             for (part, lanes) in parts {
-                if lanes.any() {
-                    let stack = scratch.stack();
-                    free = free
-                        & !bvh.occluded_of_packet_by::<R, N>(part, &segment, lanes, blocks, stack);
+                for lane in lanes_of(lanes.bits()) {
+                    let is_free = !bvh.occluded_by::<R::Scalar>(part, &rays[lane], 1.0, blocks);
+                    free |= u32::from(is_free) << lane;
                 }
             }
-            return free;
+            return R::Mask::from_bits(free);
         }
         let mut free = active;
         let shear = Shear::new(&segment);
@@ -314,9 +302,7 @@ impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
 }
 
 /// Returns whether rays that ask for the nearest hit traverse a hierarchy as a packet. This is
-/// usually faster if their directions agree in sign along two of three axes. In single precision
-/// they always do: single rays are traced in double precision, and a ray's hit must not depend on
-/// the other rays.
+/// usually faster if their directions agree in sign along two of three axes.
 #[inline]
 fn is_coherent<R: Wide<N>, const N: usize>(direction: R::Vector, active: R::Mask) -> bool {
     let (active, zero): (u32, R) = (active.bits(), R::splat(0.0));
@@ -324,13 +310,12 @@ fn is_coherent<R: Wide<N>, const N: usize>(direction: R::Vector, active: R::Mask
         let back = component.cmplt(zero).bits() & active;
         back == 0 || back == active
     };
-    R::IS_SINGLE
-        || direction
-            .components()
-            .iter()
-            .filter(|component| is_even(component))
-            .count()
-            >= 2
+    direction
+        .components()
+        .iter()
+        .filter(|component| is_even(component))
+        .count()
+        >= 2
 }
 
 /// Returns the ray of each lane.
