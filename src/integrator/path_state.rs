@@ -86,9 +86,9 @@ pub(crate) struct PathState<R: Wide<N>, const N: usize> {
     pub light_sampled: R::Mask,
     /// Pdf of the ray's direction with respect to solid angle, where `light_sampled` is set.
     pub pdf: R,
-    /// Number that decides the next game of Russian roulette, and probability of the survivals that
-    /// it has decided: 0 before the first game.
+    /// Number that decides the next game of Russian roulette.
     pub roulette: R,
+    /// Probability of the survivals that this number has decided; 0 before the first game.
     pub roulette_share: R,
     /// Number of hits of each path.
     pub hits: [u32; N],

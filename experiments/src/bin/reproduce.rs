@@ -16,7 +16,7 @@ use whitefurnace::shard::Shard;
 
 /// Reproduce the report: render its figures, measure its claims, say what was found.
 ///
-/// Takes about two minutes on two cores. All files go to one folder, with results.json for other
+/// Takes about a minute on two cores. All files go to one folder, with results.json for other
 /// programs. An interrupted run continues where it stopped. Experiments on the test suite itself
 /// are left out unless --tier full or --only asks for them; --list shows which.
 ///
