@@ -2,6 +2,8 @@
 
 use std::cell::RefCell;
 
+use whitefurnace::math::real::Real as _;
+use whitefurnace::math::simd::FourSingles;
 use whitefurnace::sampling::roulette::{
     MAX_SURVIVAL, by_absorption, by_throughput, rescaled, survives,
 };
@@ -59,9 +61,16 @@ fn the_number_of_a_survivor_is_uniform_again() {
             epsilon = 2.0 * UNIT_ROUNDOFF
         );
     }
-    for survival in [1e-9, 0.02, 0.3, 0.7, 1.0] {
+    for survival in (1..=1000).map(|i| f64::from(i) / 1000.0) {
         let below = f64::next_down(survival);
         assert!(rescaled(below, survival) < 1.0, "survival {survival}");
+        let single = survival as f32;
+        let [below, single] =
+            [single.next_down(), single].map(|x| FourSingles::splat(f64::from(x)));
+        assert!(
+            rescaled(below, single).lane(0) < 1.0,
+            "survival {survival} in single precision"
+        );
     }
 }
 
