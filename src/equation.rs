@@ -204,9 +204,9 @@ equations! {
         "report, 2.7; Cook, ACM TOG 5(1), 1986", Trap,
         "Grid and randomness together are the jittered grid, whose error falls faster than that of random rays.";
     ADAPTIVE = "adaptive", "", "Adaptive sampling",
-        r"n_i = 1 + (n - 1)\left(1 + (1 - \varepsilon)(s_i - \langle s\rangle)\right), \quad s_i = \min\!\left(\frac{\tilde\sigma_i}{\langle\tilde\sigma\rangle}, 8\right), \quad I_i = \frac{1}{n_i}\sum_{j \le n_i} L_{ij}", None,
+        r"n_i = m + (n - m)(1 + s_i - \langle s\rangle), \quad s_i = \min\!\left(\frac{\tilde\sigma_i^{3/4}}{\langle\tilde\sigma^{3/4}\rangle}, 8\right), \quad I_i = \frac{1}{n_i}\sum_{j \le n_i} L_{ij}", None,
         "Neyman, J. Royal Statistical Society 97(4), 558-625, 1934; Kirk and Arvo, SIGGRAPH 1991", Added,
-        "Unbiased if no sample that decides n has a share in I: the noise σ̃ is that of a pilot, averaged over neighbours.";
+        "Unbiased if no sample of a pixel decides its n: the noise σ̃ is that of the first samples of other pixels, averaged over neighbours.";
     SINGLE_PRECISION = "single", "", "Rounding to single precision",
         r"\mathrm{fl}(a \mathbin{\mathrm{op}} b) = (a \mathbin{\mathrm{op}} b)(1 + \delta), \quad \lvert\delta\rvert \le 2^{-24}", None,
         "IEEE 754-2019; Higham, Accuracy and Stability of Numerical Algorithms, SIAM, 2002", Added,

@@ -4,6 +4,8 @@
 mod pixel;
 pub mod splat;
 
+use std::sync::Arc;
+
 use glam::DVec3;
 
 use crate::error::Error;
@@ -31,8 +33,31 @@ pub struct Film {
     samples_per_replication: u32,
     /// Number of samples in a replication of each pixel, where they differ.
     sample_counts: Option<Vec<u32>>,
+    /// First samples of the first replications, if they are known.
+    pub(crate) begun: Option<Arc<BegunReplications>>,
     pixels: Vec<Pixel>,
     pub(crate) partial: Option<PartialReplication>,
+}
+
+/// The first samples of the first replications, which rendering does not take again.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct BegunReplications {
+    /// Number of these samples in each replication of a pixel.
+    pub samples: u32,
+    /// Distance between the stream numbers of two replications, in place of their number of samples,
+    /// which is not known when the first samples are taken.
+    pub stride: u32,
+    /// Sums of their radiances, by replication and pixel.
+    pub sums: Vec<Vec<DVec3>>,
+}
+
+impl BegunReplications {
+    /// Returns how many samples a replication of a pixel has begun with, and the sum of their
+    /// radiances.
+    pub fn samples_of(&self, pixel: usize, replication: u32) -> (u32, DVec3) {
+        let sums = self.sums.get(replication as usize);
+        sums.map_or((0, DVec3::ZERO), |sums| (self.samples, sums[pixel]))
+    }
 }
 
 /// An unfinished replication of an image estimator: some of its passes are done.
@@ -66,6 +91,7 @@ impl Film {
             window,
             samples_per_replication,
             sample_counts: None,
+            begun: None,
             pixels,
             partial: None,
         })
@@ -113,6 +139,7 @@ impl Film {
             window,
             samples_per_replication,
             sample_counts,
+            begun,
             pixels,
             partial,
         } = self;
@@ -122,6 +149,7 @@ impl Film {
             other.samples_per_replication,
         );
         sample_counts.clone_from(&other.sample_counts);
+        begun.clone_from(&other.begun);
         pixels.clone_from(&other.pixels);
         partial.clone_from(&other.partial);
     }
@@ -167,9 +195,16 @@ impl Film {
         self.sample_counts.as_deref()
     }
 
-    /// Returns the pixels, mutable, and their [`sample_counts`](Self::sample_counts).
-    pub(crate) fn pixels_and_counts_mut(&mut self) -> (&mut [Pixel], Option<&[u32]>) {
-        (&mut self.pixels, self.sample_counts.as_deref())
+    /// Returns the pixels, mutable, their [`sample_counts`](Self::sample_counts), and the samples that
+    /// they have begun with.
+    pub(crate) fn parts_mut(
+        &mut self,
+    ) -> (&mut [Pixel], Option<&[u32]>, Option<&BegunReplications>) {
+        (
+            &mut self.pixels,
+            self.sample_counts.as_deref(),
+            self.begun.as_deref(),
+        )
     }
 
     /// Returns the number of samples still missing for so many replications of each pixel.

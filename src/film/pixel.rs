@@ -174,9 +174,19 @@ impl Pixel {
     pub fn merge(&mut self, other: &Self) -> Result<(), Error> {
         self.replications = add_counts(self.replications, other.replications)?;
         self.samples = add_counts(self.samples, other.samples)?;
+        for (channel, added) in self.radiance.iter_mut().zip(&other.radiance) {
+            channel.merge(added)?;
+        }
+        self.merge_features(other)
+    }
+
+    /// Adds another pixel's features alone: exact, in any order.
+    ///
+    /// # Errors
+    /// [`Error::Option`] if the sums are full. The pixel is then useless.
+    pub(crate) fn merge_features(&mut self, other: &Self) -> Result<(), Error> {
         self.hits = add_counts(self.hits, other.hits)?;
         for channel in 0..3 {
-            self.radiance[channel].merge(&other.radiance[channel])?;
             self.albedo[channel] += other.albedo[channel];
             self.normal[channel] += other.normal[channel];
         }
@@ -247,6 +257,11 @@ impl Pixel {
     /// Returns the number of independent replications.
     pub fn replications(&self) -> u32 {
         self.replications
+    }
+
+    /// Returns whether it holds neither replications nor features.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.replications == 0 && self.hits == 0
     }
 
     /// Returns the number of samples of all replications.

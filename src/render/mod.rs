@@ -15,7 +15,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::error::Error;
-use crate::film::{Features, Film, Pixel, check_radiance, features};
+use crate::film::{BegunReplications, Features, Film, Pixel, check_radiance, features};
 use crate::geometry::shape::{Hit, Ray};
 use crate::integrator::{Estimator, Sample};
 use crate::sampling::Sampling;
@@ -141,6 +141,25 @@ pub(crate) struct PixelRun<'a> {
     pub pixels: &'a mut [Pixel],
     /// Number of samples in a replication of each pixel.
     pub counts: &'a [u32],
+    /// Samples that replications have begun with.
+    begun: Option<&'a BegunReplications>,
+    /// Index of the first pixel in the film.
+    first: usize,
+}
+
+impl PixelRun<'_> {
+    /// Returns the settings of the samples of the pixel in this column.
+    fn sampling(&self, column: usize, sampling: Sampling) -> Sampling {
+        sampling.with_samples(self.begun.map_or(self.counts[column], |begun| begun.stride))
+    }
+
+    /// Returns how many samples a replication of the pixel in this column has begun with, and the sum
+    /// of their radiances.
+    fn begun(&self, column: usize, replication: u32) -> (u32, DVec3) {
+        self.begun.map_or((0, DVec3::ZERO), |begun| {
+            begun.samples_of(self.first + column, replication)
+        })
+    }
 }
 
 /// Calls `add` with runs of pixels that together cover the film's window, of about `batch_size`
@@ -168,7 +187,7 @@ fn for_each_run(
         1
     };
     let stopped = AtomicBool::new(false);
-    let (pixels, counts) = film.pixels_and_counts_mut();
+    let (pixels, counts, begun) = film.parts_mut();
     let uniform_counts = vec![per_replication; width];
     let samples_per_group = samples_per_pixel
         .saturating_mul((width * rows) as u64)
@@ -183,7 +202,7 @@ fn for_each_run(
                 let mut counts = counts.map_or(&*uniform_counts, |counts| {
                     &counts[at * width..(at + 1) * width]
                 });
-                let [mut x, y] = [window.corner[0], window.corner[1] + at as u32];
+                let (mut first, y) = (at * width, window.corner[1] + at as u32);
                 let same = |a: &Pixel, b: &Pixel| a.replications() == b.replications();
                 for pixels in row
                     .chunks_mut(pixels_per_run)
@@ -195,14 +214,17 @@ fn for_each_run(
                     let replications = start.min(range.end)..range.end;
                     let (run_counts, rest) = counts.split_at(pixels.len());
                     counts = rest;
-                    let corner = [x, y];
-                    x += pixels.len() as u32;
+                    let corner = [window.corner[0] + (first - at * width) as u32, y];
+                    let here = first;
+                    first += pixels.len();
                     if !replications.is_empty() {
                         runs.push(PixelRun {
                             corner,
                             replications,
                             pixels,
                             counts: run_counts,
+                            begun,
+                            first: here,
                         });
                     }
                 }
@@ -347,21 +369,30 @@ impl<'a> PreparedRayRenderer<'a> {
                 .ray(resolution, f64::from(x) + u, f64::from(y) + v);
             (ray, scene.intersect(&ray))
         };
-        let (mut places, mut pixels) = (Vec::new(), Vec::new());
+        let (mut places, mut pixels, mut names) = (Vec::new(), Vec::new(), Vec::new());
+        // For each replication that lacks samples, the sum of those that it has begun with.
+        let mut sums = Vec::new();
         for run in runs {
-            let ([x, y], replications) = (run.corner, &run.replications);
-            let place = |(x, &samples)| ([x, y], replications, sampling.with_samples(samples));
-            places.extend((x..).zip(run.counts).map(place));
+            let [x, y] = run.corner;
+            for (column, &samples) in run.counts.iter().enumerate() {
+                for replication in run.replications.clone() {
+                    let (begun, sum) = run.begun(column, replication);
+                    if begun == samples {
+                        run.pixels[column].push(sum / f64::from(samples), samples)?;
+                        continue;
+                    }
+                    let name = |index| -> SampleIndex { (places.len(), replication, index) };
+                    names.extend((begun..samples).map(name));
+                    sums.push(sum);
+                }
+                places.push((
+                    [x + column as u32, y],
+                    run.sampling(column, sampling),
+                    samples,
+                ));
+            }
             pixels.extend(run.pixels.iter_mut());
         }
-        let samples_of =
-            |(i, &(_, replications, sampling)): (usize, &([u32; 2], &Range<u32>, Sampling))| {
-                let samples = sampling.samples_per_replication();
-                replications.clone().flat_map(move |replication| {
-                    (0..samples).map(move |index| (i, replication, index))
-                })
-            };
-        let names: Vec<SampleIndex> = places.iter().enumerate().flat_map(samples_of).collect();
         let error_of = |(i, replication, _): SampleIndex, error: Error| {
             let [x, y] = places[i].0;
             error.at(|| format!(" at pixel ({x}, {y}), replication {replication}"))
@@ -375,7 +406,7 @@ impl<'a> PreparedRayRenderer<'a> {
         let mut views = Vec::new();
         let mut samples = names.iter().map(|&name| {
             let (i, replication, index) = name;
-            let ([x, y], _, sampling) = places[i];
+            let ([x, y], sampling, _) = places[i];
             let mut rng = sampling.source(y * resolution[0] + x, replication, index);
             let cell = index % sampling.pixel.samples_per_replication();
             let (ray, hit) = camera_ray([x, y], sampling.pixel.position(cell, uniform2(&mut rng)));
@@ -396,13 +427,14 @@ impl<'a> PreparedRayRenderer<'a> {
         if let Some(error) = refused {
             return Err(error);
         }
-        let mut sum = DVec3::ZERO;
+        let mut sums = sums.into_iter();
+        let mut sum = sums.next().unwrap_or_default();
         for (name, ((weight, emission), radiance)) in
             names.iter().copied().zip(views.into_iter().zip(radiances))
         {
             let mut radiance = weight * radiance;
             let (i, _, index) = name;
-            let (at, _, sampling) = places[i];
+            let (at, _, samples) = places[i];
             if let Some(points) = points_of(name) {
                 let visible = points.map(|point| {
                     let (ray, hit) = camera_ray(at, point);
@@ -413,12 +445,11 @@ impl<'a> PreparedRayRenderer<'a> {
             // Checked here, as the mean of several could hide an invalid one.
             check_radiance(radiance).map_err(|error| error_of(name, error))?;
             sum += radiance;
-            let samples = sampling.samples_per_replication();
             if index + 1 == samples {
                 pixels[i]
                     .push(sum / f64::from(samples), samples)
                     .map_err(|error| error_of(name, error))?;
-                sum = DVec3::ZERO;
+                sum = sums.next().unwrap_or_default();
             }
         }
         Ok(())

@@ -69,6 +69,14 @@ struct LaneReplication {
 }
 
 impl LaneReplication {
+    /// Adds the mean of its samples to its pixel.
+    fn finish(&self, run: &mut PixelRun<'_>) -> Result<(), Error> {
+        let samples = run.counts[self.column];
+        run.pixels[self.column]
+            .push(self.sum / f64::from(samples), samples)
+            .map_err(|error| self.locate(run.corner, error))
+    }
+
     /// Adds this replication and its pixel to an error; the row starts at `corner` of the image.
     fn locate(&self, corner: [u32; 2], error: Error) -> Error {
         let (x, y) = (corner[0] + self.column as u32, corner[1]);
@@ -114,8 +122,9 @@ impl<R: Wide<N>, const N: usize> RowRenderer<'_, R, N> {
         run: &mut PixelRun<'_>,
     ) -> Result<(), Error> {
         let (scene, resolution, corner) = (self.scene, self.resolution, run.corner);
+        let all_replications = run.replications.clone();
         let mut next = (0..run.pixels.len()).flat_map(|column| {
-            let replications = run.replications.clone();
+            let replications = all_replications.clone();
             replications.map(move |replication| (column, replication))
         });
         let mut random = S::new(self.sampling.seed);
@@ -126,30 +135,32 @@ impl<R: Wide<N>, const N: usize> RowRenderer<'_, R, N> {
         let (mut idle, mut fresh, mut busy) = (u32::MAX >> (32 - N), 0_u32, 0_u32);
         loop {
             for lane in lanes_of(idle) {
-                if let Some((column, replication)) = next.next() {
+                for (column, replication) in &mut next {
                     let pixel = corner[1] * resolution[0] + corner[0] + column as u32;
+                    let (index, sum) = run.begun(column, replication);
                     let sample = SampleId {
                         pixel,
                         replication,
-                        index: 0,
+                        index,
                     };
                     states[lane] = LaneReplication {
                         column,
                         sample,
+                        sum,
                         ..LaneReplication::default()
                     };
-                    idle &= !(1 << lane);
-                    fresh |= 1 << lane;
+                    if index < run.counts[column] {
+                        idle &= !(1 << lane);
+                        fresh |= 1 << lane;
+                        break;
+                    }
+                    states[lane].finish(run)?;
                 }
             }
             if fresh != 0 {
                 for lane in lanes_of(fresh) {
                     let LaneReplication { column, sample, .. } = states[lane];
-                    random.start(
-                        lane,
-                        &self.sampling.with_samples(run.counts[column]),
-                        sample,
-                    );
+                    random.start(lane, &run.sampling(column, self.sampling), sample);
                     (
                         states[lane].emitter_radiance,
                         states[lane].weight,
@@ -243,13 +254,10 @@ impl<R: Wide<N>, const N: usize> RowRenderer<'_, R, N> {
                 check_radiance(radiance).map_err(|error| state.locate(corner, error))?;
                 state.sum += radiance;
                 state.sample.index += 1;
-                let samples = run.counts[state.column];
-                if state.sample.index < samples {
+                if state.sample.index < run.counts[state.column] {
                     fresh |= 1 << lane;
                 } else {
-                    let pushed =
-                        run.pixels[state.column].push(state.sum / f64::from(samples), samples);
-                    pushed.map_err(|error| state.locate(corner, error))?;
+                    state.finish(run)?;
                     idle |= 1 << lane;
                 }
             }

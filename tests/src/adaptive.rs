@@ -3,8 +3,8 @@
 use rand::Rng as _;
 use whitefurnace::film::{Film, Pixel};
 use whitefurnace::geometry::shape::Hit;
-use whitefurnace::render::adaptive::REPLICATIONS;
-use whitefurnace::render::{adaptive, render};
+use whitefurnace::render::adaptive::{Pilot, counts};
+use whitefurnace::render::{RayRenderer, Renderer as _};
 use whitefurnace::sampling::Sampling;
 use whitefurnace::sampling::pixel::PixelSampling;
 use whitefurnace::sampling::sampler::{Sampler, SamplerKind};
@@ -15,24 +15,24 @@ use crate::scenes::nothing;
 /// Adaptive sampling of an image, so that each step can be replaced.
 #[derive(Clone, Copy)]
 pub struct Adaptation {
-    /// Sampling of the pilot, from that of the image and the number of replications.
-    pub pilot: fn(Sampling, u32) -> Sampling,
-    /// Samples per replication of each pixel, from the pilot's film and their mean.
-    pub counts: fn(&Film, u32) -> Vec<u32>,
-    /// Value of a pixel, from the pilot's pixel and its own.
-    pub value: fn(&Pixel, &Pixel) -> DVec3,
+    /// Samples per replication of each pixel, from the pilot's values, the least and the mean number.
+    pub counts: fn(&Film, u32, u32) -> Vec<u32>,
+    /// Value of a pixel.
+    pub value: fn(&Pixel) -> DVec3,
 }
 
 const CORRECT: Adaptation = Adaptation {
-    pilot: adaptive::pilot,
-    counts: adaptive::counts,
-    value: |_, pixel| pixel.mean(),
+    counts,
+    value: Pixel::mean,
 };
 
 /// Size of the image: one row of pixels.
 const SIZE: [u32; 2] = [24, 1];
-/// Mean samples per replication.
+/// Least number of samples per replication, the pilot's, and mean number.
+const LEAST: u32 = 1;
 const SAMPLES: u32 = 4;
+/// Replications of an image.
+const REPLICATIONS: u32 = 4;
 
 /// Returns the column of the pixel that a ray passes, from the left. The camera of [`nothing`]
 /// looks along y at pixels of side 1 at distance 1.
@@ -82,37 +82,34 @@ fn images(context: &Context, scene: &Scene, subject: Adaptation) -> Vec<Outcome>
 
 /// Renders one image and returns the means of both channels.
 fn image(scene: &Scene, sampling: Sampling, subject: Adaptation) -> Option<[f64; 2]> {
-    let rendered = |sampling: Sampling, counts: Option<Vec<u32>>| {
-        let mut film = Film::new(SIZE, None, sampling.samples_per_replication()).ok()?;
-        if let Some(counts) = counts {
-            film.set_sample_counts(counts);
-        }
-        render(
-            scene,
-            &Noise,
-            sampling,
-            &mut film,
-            &(0..REPLICATIONS),
-            &|_| true,
-        )
-        .ok()?;
-        Some(film)
+    let renderer = RayRenderer {
+        estimator: Noise,
+        sampling,
     };
-    let pilot = rendered((subject.pilot)(sampling, REPLICATIONS), None)?;
-    let film = rendered(sampling, Some((subject.counts)(&pilot, SAMPLES)))?;
-    let values = pilot
-        .pixels()
-        .iter()
-        .zip(film.pixels())
-        .map(|(pilot, own)| (subject.value)(pilot, own));
-    let mean = values.sum::<DVec3>() / f64::from(SIZE[0]);
+    let renderer = renderer.prepare(scene, SIZE).ok()?;
+    let mut film = Film::new(SIZE, None, SAMPLES).ok()?;
+    let all = 0..REPLICATIONS;
+    let pilot = Pilot::take(&*renderer, &film, REPLICATIONS, &all, &|_| true).ok()??;
+    let counts = (subject.counts)(pilot.noise(), LEAST, SAMPLES);
+    pilot.begin(&mut film, counts).ok()?;
+    renderer.add(&mut film, all, &|_| true).ok()?;
+    let mean = film.pixels().iter().map(subject.value).sum::<DVec3>() / f64::from(SIZE[0]);
     Some([mean.x, mean.y])
 }
 
-/// Returns the mean of the samples of both, weighted by their numbers.
-fn together(pilot: &Pixel, own: &Pixel) -> DVec3 {
-    let [a, b] = [pilot, own].map(|pixel| f64::from(pixel.samples()));
-    (a * pilot.mean() + b * own.mean()) / (a + b)
+/// Returns counts that follow the noise of each pixel's own pilot.
+fn by_own_noise(noise: &Film, least: u32, mean: u32) -> Vec<u32> {
+    let noise = noise
+        .pixels()
+        .iter()
+        .map(|pixel| pixel.standard_error().length());
+    let noise: Vec<f64> = noise.collect();
+    let average = noise.iter().sum::<f64>() / noise.len() as f64;
+    let count = |noise: &f64| {
+        let relative = if average > 0.0 { noise / average } else { 1.0 };
+        least + (f64::from(mean - least) * relative).round() as u32
+    };
+    noise.iter().map(count).collect()
 }
 
 /// Trials and faults of adaptive sampling.
@@ -129,15 +126,12 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
             move |context: &Context, subject| images(context, &scene, subject),
         )],
         faults: vec![
-            fault!("pilot-kept", ADAPTIVE, "the pilot's samples enter the mean, weighted by their number",
-                = Adaptation { value: together, ..CORRECT },
-                "convergence/adaptive: rare"),
-            fault!("pilot-of-the-same-samples", ADAPTIVE, "the pilot's samples are the first of the image",
-                = Adaptation { pilot: |own, n| Sampling { seed: own.seed, ..adaptive::pilot(own, n) }, ..CORRECT },
+            fault!("own-pilot", ADAPTIVE, "the number of a pixel's samples follows its own pilot, which is part of its mean",
+                = Adaptation { counts: by_own_noise, ..CORRECT },
                 "convergence/adaptive: rare"),
             fault!("by-mean-number", ADAPTIVE, "the sum of a pixel's samples is divided by the mean number of all pixels",
                 = Adaptation {
-                    value: |_, own| own.mean() * (f64::from(own.samples()) / f64::from(REPLICATIONS * SAMPLES)),
+                    value: |own| own.mean() * (f64::from(own.samples()) / f64::from(REPLICATIONS * SAMPLES)),
                     ..CORRECT
                 },
                 "convergence/adaptive: rare | even"),

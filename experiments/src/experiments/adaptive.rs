@@ -1,7 +1,5 @@
 //! Variance reduction by adaptive sampling, which distributes the samples over pixels by a pilot.
 
-use whitefurnace::render::adaptive::REPLICATIONS;
-
 use super::variants::{Variant, claim_gain};
 use crate::experiments::prelude::*;
 use crate::render::{AdaptiveName, SamplerName, SilhouettesName};
@@ -10,14 +8,13 @@ pub(super) const ADAPTIVE: Experiment = Experiment {
     id: "adaptive",
     title: "as many samples for all pixels, or more for those with more noise: variance",
     headline: "samples where there is noise: variance {report.gain %.2f} times smaller in the report's room, {cornell.gain %.2f} in Cornell's",
-    version: 2,
+    version: 3,
     equations: &[&equation::ADAPTIVE, &equation::SOBOL],
     run,
 };
 
-/// Samples per pixel on average, and that number including the pilot's.
+/// Samples per pixel on average.
 const SAMPLES: u32 = 128;
-const WITH_PILOT: u32 = SAMPLES + REPLICATIONS;
 
 /// Scenes, with one claim each.
 const ROOMS: [SceneName; 3] = [
@@ -31,23 +28,20 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let mut shown = Vec::new();
     for scene in ROOMS {
         let room = name(scene);
-        let variant = |adaptive, spp| Variant {
+        let variant = |adaptive| Variant {
             label: format!("{room}, {adaptive:?}"),
             bar: room.clone(),
             job: Job {
                 scene: scene.into(),
                 sampler: SamplerName::Sobol,
                 silhouettes: SilhouettesName::Yes,
-                spp,
+                spp: SAMPLES,
                 adaptive,
                 size: [128, 96],
                 ..Job::default()
             },
         };
-        let variants = [
-            variant(AdaptiveName::No, WITH_PILOT),
-            variant(AdaptiveName::Yes, SAMPLES),
-        ];
+        let variants = [variant(AdaptiveName::No), variant(AdaptiveName::Yes)];
         let variances = [
             variants[0].render(run, groups)?.variance,
             variants[1].render(run, groups)?.variance,

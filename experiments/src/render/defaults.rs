@@ -120,7 +120,7 @@ pub const DEPENDENT: &[DependentDefault] = &[
 ];
 
 /// Smallest number of samples per pixel with which sampling is adaptive by default: with fewer, a
-/// pilot costs as much as it gains, or more.
+/// pilot is a quarter of them or more, and its own passes can cost more than it gains.
 pub const MIN_ADAPTIVE_SPP: u32 = 32;
 
 /// Least default number of scrambles per pixel. With more scrambles each has fewer points, which

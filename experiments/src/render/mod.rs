@@ -100,8 +100,8 @@ pub struct Job {
     /// 1 to 4294967295
     #[arg(long, allow_hyphen_values = true, value_parser = integer::<u32>(1..=MAX_COUNT))]
     pub scrambles: Option<u32>,
-    /// Whether noisier pixels, as measured by a pilot, take more samples, for --estimator mis, bsdf
-    /// and light, and --sampler sobol
+    /// Whether noisier pixels, as measured by their neighbours' first samples, take more samples, for
+    /// --estimator mis, bsdf and light, and --sampler sobol
     #[arg(long, value_enum, default_value_t = BASE.adaptive, hide_default_value = true)]
     pub adaptive: AdaptiveName,
     /// Width x height in pixels; from 1x1 to 100000000 pixels in all

@@ -186,7 +186,7 @@ pub enum SilhouettesName {
 /// Whether noisier pixels take more samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum AdaptiveName {
-    /// More samples where a pilot measured more noise; --spp on average, and the pilot's on top
+    /// More samples where the first ones, a pilot, showed more noise; --spp on average
     Yes,
     /// The same number of samples in all pixels
     No,

@@ -12,11 +12,11 @@ use whitefurnace::integrator::{
     PhotonMapping, Published, Radiosity, Report, Sppm, Strategy, TransportRules, Whitted,
 };
 use whitefurnace::light::emitter::LightSampling;
+use whitefurnace::render::adaptive::Pilot;
 use whitefurnace::render::{
-    CHUNK_SAMPLES, ImageRenderer, LaneEstimator, LaneRenderer, Precision, RayRenderer, Renderer,
-    adaptive, check_single_precision,
+    CHUNK_SAMPLES, ImageRenderer, LaneEstimator, LaneRenderer, Precision, PreparedRenderer,
+    RayRenderer, Renderer, check_single_precision,
 };
-use whitefurnace::sampling::Sampling;
 use whitefurnace::sampling::rng::seed_for;
 use whitefurnace::sampling::sampler::ImagePass;
 use whitefurnace::scene::Scene;
@@ -174,40 +174,28 @@ impl Job {
         )
     }
 
-    /// Gives the pixels of a film the numbers of samples that a pilot decides, if the job is
-    /// adaptive.
-    fn adapt(&self, scene: &Scene, film: &mut Film) -> Result<(), Error> {
-        let sampling = self.sampling();
-        let mean = sampling.samples_per_replication();
-        if self.adaptive == AdaptiveName::No || !self.adapts() || mean == 1 {
+    /// Takes the first samples of an adaptive job, unless the film has all, and gives its pixels the
+    /// numbers of samples that they decide.
+    fn adapt(
+        &self,
+        renderer: &dyn PreparedRenderer,
+        film: &mut Film,
+        range: &Range<u32>,
+    ) -> Result<(), Error> {
+        let (mean, all) = (film.samples_per_replication(), range.end - range.start);
+        let is_adaptive = self.adaptive != AdaptiveName::No && self.adapts() && mean > 1;
+        if !is_adaptive || film.replications() >= all {
             return Ok(());
         }
-        let Sampling { sampler, seed, .. } = adaptive::pilot(sampling, self.all_replications());
-        let spp = adaptive::REPLICATIONS * sampler.samples();
-        let scrambles = Some(adaptive::REPLICATIONS);
-        let pilot = Self {
-            seed,
-            spp,
-            scrambles,
-            adaptive: AdaptiveName::No,
-            ..*self
+        let bar = Bar::new("pilot", 0, "samples");
+        let advance = |samples| {
+            bar.advance(samples);
+            !interrupted()
         };
-        let renderer = pilot.renderer(scene, "pilot")?;
-        let pilot_film = Film::new(
-            film.resolution(),
-            Some(film.window()),
-            renderer.samples_per_replication(),
-        )?;
-        let pilot_film = pilot.render_missing(
-            scene,
-            &*renderer,
-            "pilot",
-            pilot_film,
-            &(0..adaptive::REPLICATIONS),
-            &mut [],
-        )?;
-        film.set_sample_counts(adaptive::counts(&pilot_film.into_complete()?, mean));
-        Ok(())
+        let pilot = Pilot::take(renderer, film, self.all_replications(), range, &advance)?
+            .ok_or(Error::Interrupted)?;
+        let counts = pilot.counts();
+        pilot.begin(film, counts)
     }
 
     /// Renders the missing replications of a range, in ranges that double up to a largest one, so
@@ -221,8 +209,8 @@ impl Job {
         range: &Range<u32>,
         observers: &mut [&mut dyn Observer],
     ) -> Result<Rendered, Error> {
-        self.adapt(scene, &mut film)?;
         let prepared = renderer.prepare(scene, film.resolution())?;
+        self.adapt(&*prepared, &mut film, range)?;
         let mut bar = Bar::new(
             label,
             film.missing_samples(range.end - range.start),

@@ -18,13 +18,12 @@ use whitefurnace::integrator::{
 };
 use whitefurnace::light::emitter::LightSampling;
 use whitefurnace::material::{Bsdf, OrenNayarForm};
-use whitefurnace::render::adaptive::counts;
+use whitefurnace::render::adaptive::Pilot;
 use whitefurnace::render::{
     ImageRenderer, LaneEstimator, LaneRenderer, Precision, RayRenderer, Renderer,
 };
 use whitefurnace::sampling::Sampling;
 use whitefurnace::sampling::pixel::PixelSampling;
-use whitefurnace::sampling::rng::seed_for;
 use whitefurnace::sampling::roulette::RR_DEPTH;
 use whitefurnace::sampling::sampler::{ImagePass, SamplerKind};
 use whitefurnace::scene::file::SceneFile;
@@ -213,26 +212,21 @@ impl Call {
     }
 
     fn rays(&self, estimator: impl Estimator) -> Result<Film, Error> {
-        let sampling = self.sampling();
-        let mut renderer = RayRenderer {
+        let renderer = RayRenderer {
             estimator,
-            sampling,
+            sampling: self.sampling(),
         };
         if !self.adaptive {
             return self.rendered(&renderer);
         }
-        renderer.sampling = Sampling {
-            sampler: SamplerKind::Sobol(1),
-            seed: seed_for(self.seed, "adaptive"),
-            ..sampling
-        };
-        let mut pilot = Film::new(self.size, None, 1)?;
-        renderer.add(self.scene(), &mut pilot, 0..4, &|_| true)?;
-        renderer.sampling = sampling;
+        let renderer = renderer.prepare(self.scene(), self.size)?;
         let each = self.sampler.samples();
-        let mut film = Film::new(self.size, None, each)?;
-        film.set_sample_counts(counts(&pilot, each));
-        renderer.add(self.scene(), &mut film, 0..self.spp / each, &|_| true)?;
+        let (mut film, all) = (Film::new(self.size, None, each)?, self.spp / each);
+        let pilot = Pilot::take(&*renderer, &film, all, &(0..all), &|_| true)?;
+        let pilot = pilot.ok_or(Error::Interrupted)?;
+        let counts = pilot.counts();
+        pilot.begin(&mut film, counts)?;
+        renderer.add(&mut film, 0..all, &|_| true)?;
         Ok(film)
     }
 
