@@ -1,6 +1,7 @@
 //! Tests of adaptive sampling: sample counts from a pilot, and films with them.
 
 use std::ops::Range;
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use approx::relative_eq;
@@ -216,6 +217,48 @@ fn pilots_take_an_eighth_of_the_samples() {
         let stopped = Pilot::take(&*renderer, &film, replications, &range, &|_| false);
         assert_eq!(stopped.expect("no error"), None);
     }
+}
+
+/// The pilot may overlook noise.
+#[test]
+fn no_pixel_takes_less_than_an_eighth() {
+    // Left and right of the box there is nothing.
+    let (scene, frame) = (simple::cornell().expect("a scene"), [60, 4]);
+    let renderer = renderer(300);
+    let renderer = renderer.prepare(&scene, frame).expect("a renderer");
+    let film = Film::new(frame, None, 300).expect("a film");
+    let pilot = Pilot::take(&*renderer, &film, 4, &(0..4), &|_| true);
+    let counts = pilot.expect("rendered").expect("all samples").counts();
+    assert_eq!(counts.iter().min(), Some(&37));
+}
+
+/// An estimator that records the bits of a number beyond those of the sequence.
+struct LowBits(Mutex<Vec<u64>>);
+
+impl Estimator for LowBits {
+    fn radiance(&self, _: &Scene, _: &Ray, _: Option<Hit>, rng: &mut dyn Sampler) -> DVec3 {
+        let bits = rng.next_u64() & (u64::MAX >> 24);
+        self.0.lock().expect("no panic").push(bits);
+        DVec3::ONE
+    }
+}
+
+/// Samples of the pilot and all others have streams of their own.
+#[test]
+fn no_two_samples_share_a_stream() {
+    let scene = simple::cornell().expect("a scene");
+    let renderer = RayRenderer {
+        estimator: LowBits(Mutex::default()),
+        sampling: sampling(Random, SamplerKind::Sobol(64), master()),
+    };
+    let prepared = renderer.prepare(&scene, [1, 1]).expect("a renderer");
+    let mut film = Film::new([1, 1], None, 64).expect("a film");
+    begin(&*prepared, &mut film, 4, &(0..4));
+    assert!(prepared.add(&mut film, 0..4, &|_| true).expect("rendered"));
+    let mut bits = renderer.estimator.0.lock().expect("no panic").clone();
+    bits.sort_unstable();
+    bits.dedup();
+    assert_eq!(bits.len(), 256);
 }
 
 /// A film that a pilot has begun equals one with the same counts that is rendered from nothing, up to
