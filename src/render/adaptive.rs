@@ -81,13 +81,16 @@ impl Pilot {
                 let end = first + block;
                 of_block.assign(&empty);
                 of_block.set_sample_counts(vec![end; film.pixels().len()]);
-                // Samples of earlier blocks are left out.
-                let before = (first > 0).then(|| vec![DVec3::ZERO; film.pixels().len()]);
-                let sums = before.map_or(Vec::new(), |zero| vec![zero; replication as usize + 1]);
+                // Samples of earlier blocks count as none.
+                let earlier = if first > 0 {
+                    vec![vec![DVec3::ZERO; film.pixels().len()]; replication as usize + 1]
+                } else {
+                    Vec::new()
+                };
                 of_block.begun = Some(Arc::new(BegunReplications {
                     samples: first,
                     stride,
-                    sums,
+                    sums: earlier,
                 }));
                 if !renderer.add(&mut of_block, replication..replication + 1, progress)? {
                     return Ok(None);

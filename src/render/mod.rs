@@ -369,33 +369,34 @@ impl<'a> PreparedRayRenderer<'a> {
                 .ray(resolution, f64::from(x) + u, f64::from(y) + v);
             (ray, scene.intersect(&ray))
         };
+        let located = |[x, y]: [u32; 2], replication: u32, error: Error| {
+            error.at(|| format!(" at pixel ({x}, {y}), replication {replication}"))
+        };
         let (mut places, mut pixels, mut names) = (Vec::new(), Vec::new(), Vec::new());
         // For each replication that lacks samples, the sum of those that it has begun with.
         let mut sums = Vec::new();
         for run in runs {
             let [x, y] = run.corner;
             for (column, &samples) in run.counts.iter().enumerate() {
+                let place = [x + column as u32, y];
                 for replication in run.replications.clone() {
                     let (begun, sum) = run.begun(column, replication);
                     if begun == samples {
-                        run.pixels[column].push(sum / f64::from(samples), samples)?;
+                        run.pixels[column]
+                            .push(sum / f64::from(samples), samples)
+                            .map_err(|error| located(place, replication, error))?;
                         continue;
                     }
                     let name = |index| -> SampleIndex { (places.len(), replication, index) };
                     names.extend((begun..samples).map(name));
                     sums.push(sum);
                 }
-                places.push((
-                    [x + column as u32, y],
-                    run.sampling(column, sampling),
-                    samples,
-                ));
+                places.push((place, run.sampling(column, sampling), samples));
             }
             pixels.extend(run.pixels.iter_mut());
         }
         let error_of = |(i, replication, _): SampleIndex, error: Error| {
-            let [x, y] = places[i].0;
-            error.at(|| format!(" at pixel ({x}, {y}), replication {replication}"))
+            located(places[i].0, replication, error)
         };
         let points_of = |(i, replication, index): SampleIndex| {
             let [x, y] = places[i].0;

@@ -183,7 +183,7 @@ impl Job {
         range: &Range<u32>,
     ) -> Result<(), Error> {
         let (mean, all) = (film.samples_per_replication(), range.end - range.start);
-        let is_adaptive = self.adaptive != AdaptiveName::No && self.adapts() && mean > 1;
+        let is_adaptive = self.adaptive == AdaptiveName::Yes && self.adapts() && mean > 1;
         if !is_adaptive || film.replications() >= all {
             return Ok(());
         }
